@@ -1,0 +1,193 @@
+"""Every number that a user may change, with its source. Settings are frozen; presets are instances."""
+
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+from sgnlp.errors import unknown
+
+
+@dataclass(frozen=True)
+class GpisSettings:
+    """How the implicit surface is fitted."""
+
+    kernel: str = "thin_plate"
+    """thin_plate, matern32, matern52 or squared_exponential"""
+    surface_points: int = 200
+    """measured points kept by farthest-point sampling (release: 200)"""
+    interior_points: int = 50
+    """mixtures of measured points (paper: 50)"""
+    surface_noise: float = 0.005
+    """deviation of a measured point [m] (paper: 0.005)"""
+    exterior_noise: float = 0.2
+    """deviation of an exterior point [m] (paper: 0.2)"""
+    interior_noise: float = 0.05
+    """deviation of an interior point [m] (paper: 0.05)"""
+    cube_scale: float = 1.2
+    """edge of the exterior cube over the longest edge of the object's box (paper: 120 %)"""
+    cube_half_min: float = 0.1
+    """least half edge of the exterior cube [m] (release: 0.1)"""
+    interior_value: float = -0.3
+    """value of interior points, in half edges of the cube (release: -0.3)"""
+    interior_temperature: float = 0.01
+    """temperature of the softmax of the interior mixtures (release: 1/100)"""
+    prior_mean: float = 1.0
+    """prior mean [m] (release: 1)"""
+    floor: bool = True
+    """copy the cloud onto the table, so that the surface closes below (release)"""
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of the energy terms (paper, table of weights)."""
+
+    sp: float = 200.0
+    """contact margins at first contact and at equilibrium"""
+    dist: float = 1e4
+    """distance of the contacts to the surface [1/m]"""
+    uncer: float = 20.0
+    """prominence of the contact density along the finger's path [m]"""
+    gain: float = 0.5
+    """sum of the gains [m/N]"""
+    tar: float = 1000.0
+    """posterior mean at the targets [1/m]"""
+    col: float = 1.0
+    """collisions of the hand with itself, the object and the table"""
+    reg: float = 10.0
+    """joint angles off the reference pose, motion to the equilibrium"""
+    force: float = 200.0
+    """contact force up to `limits.force_min` [1/N]; the paper prints it twice, it is applied once"""
+    pose: float = 0.0
+    """fingertips off their desired place at equilibrium [1/m]; above 0 it replaces the motion in `reg`"""
+    stability: float = 1.0
+    """log of the equilibrium's stiffness: without it targets drift together until the equilibrium is undefined"""
+
+
+@dataclass(frozen=True)
+class Contact:
+    """The model of contact and of the grasping motion."""
+
+    c: float = 0.7
+    """contact p = o + c (a - o) between target o and pregrasp tip a (paper: 0.7)"""
+    friction: float = 1.0
+    """friction coefficient that the plan counts on (release: 1.0)"""
+    pad: bool = True
+    """contact is where the fingertip's sphere touches; off: where its centre lies on the surface, as in the paper"""
+    samples: int = 10
+    """samples of the contact density along a finger's path, K (release: 10)"""
+    density: Literal["share", "density"] = "share"
+    """E_uncer from each contact's share of the density on its path (release), or from the density [1/m] (paper)"""
+    mass: float = 0.0
+    """mass of the object [kg]; 0 leaves gravity out of the equilibrium, as the paper"""
+    lift: float = 0.01
+    """desired rise of the contacts at equilibrium [m], used when `weights.pose` > 0 (paper: 1 cm)"""
+    equilibrium: Literal["exact", "printed"] = "exact"
+    """exact: the minimiser of the spring energy; printed: the paper's Algorithm 1, for comparison only"""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Bounds of the constrained formulation; the stiffness and rotation ones hold in every formulation."""
+
+    margin_initial: float = 0.0
+    """least contact margin at first contact"""
+    margin_equilibrium: float = 0.05
+    """least contact margin at equilibrium"""
+    force_min: float = 2.0
+    """least force of a finger at equilibrium [N] (paper: 2)"""
+    force_max: float = 10.0
+    """largest force of a finger at equilibrium [N]"""
+    stiffness: float = 0.005
+    """least rotational stiffness ρ of the equilibrium [N m]"""
+    rotation_deg: float = 20.0
+    """largest rotation of the object on its way to the equilibrium [deg]"""
+    shift: float = 0.05
+    """largest displacement of a contact on its way to the equilibrium [m]"""
+    gain_min: float = 40.0
+    """least gain [N/m] (release: clamped at 40)"""
+    gain_max: float = 400.0
+    """largest gain [N/m]"""
+    table_margin: float = 0.0
+    """least clearance over the table of every sphere but the pads, at the pregrasp [m]"""
+    pad_margin: float = 0.002
+    """least clearance over the table of the pads at the pregrasp [m]"""
+    object_margin: float = 0.0
+    """least metric clearance between the hand and the object at the pregrasp [m]"""
+    wrist_travel: float = 0.3
+    """largest displacement of the wrist from its start, along each axis [m]"""
+
+
+@dataclass(frozen=True)
+class Smoothing:
+    """Widths of the smooth forms; the exact, non-smooth values are reported beside them."""
+
+    distance: float = 5e-4
+    """δ of |d| → √(d² + δ²) [m]"""
+    collision: float = 1.5e-3
+    """width of the softplus hinge of a penetration [m]"""
+    log: float = 0.02
+    """η of log u → log((u + √(u² + 4η²))/2)"""
+    force: float = 0.1
+    """width of min(f_min, |f|) and of |f| at 0 [N]"""
+    deviation: float = 5e-4
+    """floor of the metric deviation in the contact density [m]"""
+    exponent: float = 30.0
+    """saturation of the exponent of the contact density"""
+
+
+@dataclass(frozen=True)
+class Solver:
+    """Formulation, Ipopt's options and limits."""
+
+    formulation: Literal["penalty", "constrained", "two_phase"] = "two_phase"
+    """the whole energy; constraints with the rest of the energy; a few iterations of the first, then the second"""
+    penalty_iterations: int = 25
+    """iterations of the first phase of two_phase"""
+    max_iterations: int = 400
+    """iterations of a phase at most"""
+    tolerance: float = 1e-6
+    """Ipopt's convergence tolerance on the scaled problem"""
+    mu_strategy: Literal["monotone", "adaptive"] = "monotone"
+    """barrier strategy"""
+    mu_init: float = 0.1
+    """first barrier parameter"""
+    linear_solver: str = "mumps"
+    """linear solver of Ipopt: mumps or spral in casadi's wheel"""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All settings of a plan."""
+
+    gpis: GpisSettings = field(default_factory=GpisSettings)
+    contact: Contact = field(default_factory=Contact)
+    weights: Weights = field(default_factory=Weights)
+    limits: Limits = field(default_factory=Limits)
+    smoothing: Smoothing = field(default_factory=Smoothing)
+    solver: Solver = field(default_factory=Solver)
+    spheres: Literal["cover", "paper"] = "cover"
+    """collision spheres: cover the meshes of every link, or the paper's 16"""
+    rank_by: Literal["margin", "energy", "stiffness"] = "margin"
+    """key of the ranking among feasible grasps: worst margin, exact energy or stiffness ρ"""
+
+
+PAPER = Settings(
+    limits=Limits(force_max=1e3),
+    spheres="paper",
+)
+"""The paper's weights with its errata corrected."""
+
+ROBUST = Settings(
+    contact=Contact(friction=0.6),
+    weights=replace(Weights(), gain=0.0),
+    limits=Limits(force_min=4.0, rotation_deg=10.0, shift=0.01, gain_min=100.0, gain_max=400.0, table_margin=0.012),
+)
+"""What held best in simulation: more force, stiffer springs, a reserve of friction, the whole hand covered."""
+
+PRESETS = {"robust": ROBUST, "paper": PAPER}
+
+
+def preset(name: str) -> Settings:
+    """The preset called `name`; raises `InputError` with the valid names."""
+    if name not in PRESETS:
+        raise unknown("preset", name, PRESETS)
+    return PRESETS[name]
