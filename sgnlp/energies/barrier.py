@@ -1,0 +1,20 @@
+"""The stiffness term: not in the paper, without which its energy is not well posed."""
+
+from typing import Any
+
+from sgnlp.energies.term import Term
+from sgnlp.grasp import Grasp
+from sgnlp.ops import Ops
+
+UNIT = 0.01
+"""Stiffness at which the term is 0 [N m]; a choice of units."""
+
+
+class Stability(Term):
+    """E_stab = -log(ρ/UNIT), ρ the rotational stiffness of the equilibrium."""
+
+    name = weight = "stability"
+
+    def value(self, g: Grasp, op: Ops) -> Any:
+        """Falls as the equilibrium stiffens."""
+        return -op.sum(op.log(g.stiffness / UNIT))

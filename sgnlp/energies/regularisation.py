@@ -1,0 +1,49 @@
+"""Terms that shape the plan: soft springs, relaxed fingers, little or desired motion of the object."""
+
+from typing import Any
+
+from sgnlp.energies.term import Term
+from sgnlp.grasp import Grasp
+from sgnlp.ops import Ops
+
+
+class Gains(Term):
+    """E_gain = Σ k_i. Printed Σ k_i²; with w = 0.5 that would drown every other term (22 400 at the start)."""
+
+    name = weight = "gain"
+
+    def value(self, g: Grasp, op: Ops) -> Any:
+        """In N/m."""
+        return op.sum(g.gains)
+
+
+class Joints(Term):
+    """First half of E_reg: |q_ref - q|² over the joints."""
+
+    name = "reg_joints"
+    weight = "reg"
+
+    def value(self, g: Grasp, op: Ops) -> Any:
+        """In rad²."""
+        return op.square(g.joints - g.reference)
+
+
+class Motion(Term):
+    """Second half of E_reg: Σ |p_i - p_i(eq)|². Replaced by E_pose where that has a weight."""
+
+    name = "reg_motion"
+    weight = "reg"
+
+    def value(self, g: Grasp, op: Ops) -> Any:
+        """In m²."""
+        return op.square(g.contacts - g.contacts_eq)
+
+
+class Pose(Term):
+    """E_pose = Σ |p_i + h e_z - p_i(eq)|: the object is to rise by h."""
+
+    name = weight = "pose"
+
+    def value(self, g: Grasp, op: Ops) -> Any:
+        """In metres."""
+        return op.sum(op.norm(g.contacts_desired - g.contacts_eq))

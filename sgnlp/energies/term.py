@@ -1,0 +1,22 @@
+"""What an energy term is."""
+
+from typing import Any, ClassVar
+
+from sgnlp.grasp import Grasp
+from sgnlp.ops import Ops
+
+
+class Term:
+    """An unweighted term of the energy, written once for CasADi and NumPy.
+
+    `name` is its column in every table, `weight` the field of `settings.Weights` that multiplies it. A term that a
+    constraint replaces in the constrained formulation says so.
+    """
+
+    name: ClassVar[str]
+    weight: ClassVar[str]
+    constrained_elsewhere: ClassVar[bool] = False
+
+    def value(self, g: Grasp, op: Ops) -> Any:
+        """The term at a grasp."""
+        raise NotImplementedError
