@@ -1,0 +1,229 @@
+"""The nonlinear program and its exact derivatives, built once for a hand and a formulation.
+
+    min_x  E(x)   subject to   g_low ≤ g(x) ≤ g_high,  x_low ≤ x ≤ x_high,      x = (v (6 + n), o (3 m), k (m))/units
+
+The functions take jets of the surface at the query points z(x) as inputs (`sgnlp.jets`), so one `Nlp` serves every
+object; object, weights, widths and seed pose are parameters. `sgnlp.oracle` joins an `Nlp` with a fitted surface.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from types import SimpleNamespace
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp import equilibrium
+from sgnlp.chain import Chain
+from sgnlp.constraints import Constraint, active
+from sgnlp.energies import TERMS, Term
+from sgnlp.grasp import Grasp
+from sgnlp.hand import Hand
+from sgnlp.jets import JET, Layout, expand
+from sgnlp.kinematics import forward
+from sgnlp.ops import Smooth
+from sgnlp.parameters import ParameterVector
+
+Array = NDArray[np.float64]
+
+UNITS = {"linear": 0.1, "angular": 1.0, "joint": 1.0, "target": 0.1, "gain": 100.0}
+"""Units of the scaled variables [m, rad, rad, m, N/m], so that all are of order 1."""
+ENERGY_UNIT = 100.0
+"""The objective that the solver sees is E/ENERGY_UNIT."""
+MIN_DEVIATION = 1e-6
+"""Rounding of √σ_d² at 0 [m]."""
+
+
+@dataclass(frozen=True)
+class Structure:
+    """All that the symbolic functions depend on, beside the hand."""
+
+    formulation: str
+    samples: int
+    density: str
+    equilibrium: str
+
+
+@dataclass(frozen=True)
+class Nlp:
+    """Functions of one structure.
+
+    `points` (x, p) → z (Q, 3) [m]; `objective`, `gradient`, `rows`, `jacobian` (x, p, jets…); `hessian`
+    (x, p, jets…, λ_f, λ_g), the upper triangle; `terms` (x, p, jets…), the smooth terms unweighted. The jets are the
+    four blocks of `layout.symbols()`.
+    """
+
+    structure: Structure
+    hand: Hand
+    parameters: ParameterVector
+    layout: Layout
+    terms_used: tuple[Term, ...]
+    constraints: tuple[Constraint, ...]
+    row_sizes: tuple[int, ...]
+    units: Array  # (nx,)
+    points: ca.Function
+    objective: ca.Function
+    gradient: ca.Function
+    rows: ca.Function
+    jacobian: ca.Function
+    hessian: ca.Function
+    terms: ca.Function
+
+
+def parameter_vector(hand: Hand) -> ParameterVector:
+    """The blocks of p for a hand."""
+    n = len(hand.joint_names)
+    sizes = {"wrist": 7, "joints": n, "weights": len(TERMS), "c": 1, "friction": 1, "pad": 1, "force_min": 1}
+    sizes |= {"lift": 1, "mass": 1, "com": 3, "table": 1, "ball_centre": 3, "ball_radius": 1}
+    widths = {"distance": 1, "collision": 1, "log_width": 1, "force": 1, "deviation": 1, "exponent": 1}
+    return ParameterVector(sizes | widths)
+
+
+def variable_units(hand: Hand) -> Array:
+    """The unit of each variable (nx,)."""
+    n, m = len(hand.joint_names), len(hand.fingers)
+    names = ["linear"] * 3 + ["angular"] * 3 + ["joint"] * n + ["target"] * (3 * m) + ["gain"] * m
+    return np.array([UNITS[name] for name in names])
+
+
+@lru_cache(maxsize=8)
+def build(hand: Hand, structure: Structure) -> Nlp:
+    """Build the functions of a hand and structure; the same ones give the same object."""
+    parameters = parameter_vector(hand)
+    p, par = parameters.symbols()
+    units = variable_units(hand)
+    chain = Chain(ca.SX.sym("x", len(units)))
+    model = _Model(hand, structure, chain, par, units)
+    op = Smooth(par.distance, par.collision, par.log_width, par.force, par.deviation, par.exponent)
+    used = tuple(t for t in TERMS if structure.formulation == "penalty" or not t.constrained_elsewhere)
+    unweighted = [t.value(model.grasp, op) for t in used]
+    weighted = [par.weights[TERMS.index(t)] * e / ENERGY_UNIT for t, e in zip(used, unweighted, strict=True)]
+    constraints = active(structure.formulation)
+    blocks = [ca.vec(ca.SX(c.value(model.grasp, op))) / c.scale for c in constraints]
+    rows = ca.vertcat(*blocks)
+    lam_f, lam_g = ca.SX.sym("lam_f"), ca.SX.sym("lam_g", rows.numel())
+    split = ca.vertsplit(lam_g, [0, *np.cumsum([b.numel() for b in blocks]).tolist()])
+    parts = [lam_f * w for w in weighted] + [ca.dot(lam, b) for lam, b in zip(split, blocks, strict=True)]
+    energy = sum(weighted, start=ca.SX(0))
+
+    def function(name: str, outputs: list[ca.SX], *more: ca.SX) -> ca.Function:
+        arguments = [chain.x, p, *model.jets, *more]
+        return ca.Function(name, arguments, chain.value(outputs))
+
+    return Nlp(
+        structure=structure,
+        hand=hand,
+        parameters=parameters,
+        layout=model.layout,
+        terms_used=used,
+        constraints=constraints,
+        row_sizes=tuple(b.numel() for b in blocks),
+        units=units,
+        points=ca.Function("points", [chain.x, p], chain.value([model.z])),
+        objective=function("objective", [energy]),
+        gradient=function("gradient", [energy, chain.gradient(energy)]),
+        rows=function("rows", [rows]),
+        jacobian=function("jacobian", [rows, chain.jacobian(rows)]),
+        hessian=function("hessian", [ca.triu(chain.hessian(parts))], lam_f, lam_g),
+        terms=function("terms", [ca.vertcat(*unweighted)]),
+    )
+
+
+class _Model:
+    """The symbolic grasp over a chain: what is lifted and how everything follows from it."""
+
+    def __init__(self, hand: Hand, structure: Structure, chain: Chain, par: SimpleNamespace, units: Array):
+        m, n, K = len(hand.fingers), len(hand.joint_names), structure.samples
+        x = chain.x * units
+        v, self.o = x[: 6 + n], ca.reshape(x[6 + n : 6 + n + 3 * m], 3, m).T
+        self.k = x[6 + n + 3 * m :]
+        frames = forward(hand, par.wrist, par.joints, v)
+        a = chain.lift("tips", frames.tips)
+        s = self._spheres(hand, chain, frames.spheres, a)
+        p = chain.lift("contacts", self.o + par.c * (a - self.o))
+        along = np.linspace(0.0, 1.0, K)  # from the pregrasp tip to the target
+        path = [t * self.o[i, :] + (1 - t) * a[i, :] for i in range(m) for t in along]
+        tau = chain.lift("path", ca.vertcat(*path))
+        o = chain.lift("targets", self.o)
+        self.layout = Layout(m, K, len(hand.spheres))
+        self.z = ca.vertcat(p, tau, s, o)
+        self.jets = self.layout.symbols()
+        self.displacements = self.z - chain.freeze("origin", self.z)  # 0 with derivative 1
+        self.grasp = self._grasp(hand, structure, chain, par, (a, s, p, o, v))
+
+    def _spheres(self, hand: Hand, chain: Chain, spheres: ca.SX, tips: ca.SX) -> ca.SX:
+        """Sphere centres (S, 3); those of the pads are the tips themselves, already lifted."""
+        others = [i for i in range(len(hand.spheres)) if i not in hand.tip_spheres]
+        lifted = chain.lift("spheres", spheres[others, :])
+        rows = {i: lifted[j, :] for j, i in enumerate(others)}
+        rows |= {i: tips[j, :] for j, i in enumerate(hand.tip_spheres)}
+        return ca.vertcat(*[rows[i] for i in range(len(hand.spheres))])
+
+    def _grasp(
+        self,
+        hand: Hand,
+        structure: Structure,
+        chain: Chain,
+        par: SimpleNamespace,
+        places: tuple[ca.SX, ...],
+    ) -> Grasp:
+        a, s, p, o, v = places
+        m, K, k = len(hand.fingers), structure.samples, self.k
+        if structure.equilibrium == "printed":
+            B = equilibrium.printed_profile(p, o, k)
+        else:
+            B = equilibrium.profile(p, o, k, par.mass, par.com)
+        B = chain.lift("profile", B)
+        R, rho = equilibrium.rotation(B, chain.freeze("root", equilibrium.root_guess(B)))
+        attitude = chain.lift("attitude", ca.vertcat(ca.vec(R), rho))
+        R, rho = ca.reshape(attitude[:9], 3, 3), attitude[9]
+        t = equilibrium.translation(R, p, o, k, par.mass)
+        p_eq = chain.lift("contacts_eq", p @ R.T + ca.repmat(t.T, m, 1))
+        gain = ca.repmat(k, 1, 3)
+        tip_radii = np.array([finger.radius for finger in hand.fingers])
+        pad = par.pad * tip_radii
+        links = [i for i in range(len(hand.spheres)) if i not in hand.tip_spheres]
+        radii = np.array([sphere.radius for sphere in hand.spheres])
+        delta, V, D = self.displacements, self.layout.uncertain, self.layout.distances
+        distance = chain.lift("distance", expand(self.jets[0], delta[:D, :]))
+        variance = chain.lift("variance", expand(self.jets[1], delta[:V, :]))
+        deviation = ca.sqrt(ca.fmax(variance, 0) + MIN_DEVIATION**2)
+        directions = [self.jets[2][:, JET * a : JET * (a + 1)] for a in range(3)]
+        normals = chain.lift("normals", ca.horzcat(*[expand(J, delta[:m, :]) for J in directions]))
+        lifts = ca.horzcat(ca.SX.zeros(m, 2), ca.repmat(par.lift, m, 1))
+        pairs = [ca.norm_2(s[i, :] - s[j, :]) - radii[i] - radii[j] for i, j in hand.pairs]
+        return Grasp(
+            joints=par.joints + v[6:],
+            reference=hand.reference,
+            tips=a,
+            targets=o,
+            gains=k,
+            contacts=p,
+            contacts_eq=p_eq,
+            contacts_desired=p + lifts,
+            rotation=R,
+            stiffness=rho,
+            forces=gain * (o - p),
+            forces_eq=gain * (o - p_eq),
+            normals=normals,
+            normals_eq=normals @ R.T,
+            gaps=distance[:m] - pad,
+            contact_deviations=deviation[:m],
+            path_gaps=distance[m:V] - ca.vec(ca.repmat(pad.T, K, 1)),
+            path_deviations=deviation[m:],
+            target_means=expand(self.jets[3], delta[D:, :]),
+            spheres=s,
+            radii=radii,
+            object_clearances=distance[V:] - radii,
+            table_clearances=(s[:, 2] - radii - par.table)[links],
+            pad_heights=a[:, 2] - tip_radii - par.table,
+            pair_clearances=ca.vertcat(*pairs),
+            ball_clearances=par.ball_radius - ca.sqrt(ca.sum2((a - ca.repmat(par.ball_centre.T, m, 1)) ** 2)),
+            contact_heights=p[:, 2] - pad - par.table,
+            contact_heights_eq=p_eq[:, 2] - pad - par.table,
+            path_samples=K,
+            density_share=structure.density == "share",
+            friction=par.friction,
+            force_min=par.force_min,
+        )
