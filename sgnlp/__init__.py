@@ -1,0 +1,27 @@
+"""Compliant dexterous pregrasps under shape uncertainty, planned as one nonlinear program.
+
+>>> import sgnlp
+>>> plan = sgnlp.solve(sgnlp.load("problems/mug.npz"))
+>>> plan.best.grasp.gains  # (m,) [N/m]
+"""
+
+from sgnlp.errors import InputError, SgnlpError
+from sgnlp.hand import Hand, load_hand
+from sgnlp.observation import Observation, load, observe
+from sgnlp.plan import Plan, solve
+from sgnlp.settings import Settings, preset
+
+__all__ = [
+    "Hand",
+    "InputError",
+    "Observation",
+    "Plan",
+    "Settings",
+    "SgnlpError",
+    "load",
+    "load_hand",
+    "observe",
+    "preset",
+    "solve",
+]
+__version__ = "0.1.0"

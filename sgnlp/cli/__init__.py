@@ -1,0 +1,64 @@
+"""The command line. Only this package prints."""
+
+import argparse
+import sys
+from typing import Annotated, Any
+
+import tyro
+from rich.console import Console
+
+from sgnlp import __version__
+from sgnlp.cli import codes
+from sgnlp.cli.info import Doctor, Hands
+from sgnlp.cli.solve import Solve
+from sgnlp.cli.study import Study
+from sgnlp.errors import SgnlpError
+from sgnlp.settings import PRESETS, Settings, preset
+
+
+def _commands(settings: Settings, name: str) -> Any:
+    """The subcommands, `solve` beginning with the settings of a preset."""
+    default = Solve(file=tyro.MISSING, preset=name, settings=settings)
+    study = Study(name=tyro.MISSING, files=tyro.MISSING, preset=name, settings=settings)
+    return (
+        Annotated[Solve, tyro.conf.subcommand("solve", default=default)]
+        | Annotated[Hands, tyro.conf.subcommand("hands")]
+        | Annotated[Study, tyro.conf.subcommand("study", default=study)]
+        | Annotated[Doctor, tyro.conf.subcommand("doctor")]
+    )
+
+
+def _preset(arguments: list[str]) -> str:
+    """The value of --preset, which decides the defaults of the other flags."""
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    parser.add_argument("--preset", default="robust")
+    return str(parser.parse_known_args(arguments)[0].preset)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point of the command `sgnlp`."""
+    sys.exit(run(sys.argv[1:] if arguments is None else arguments))
+
+
+def run(arguments: list[str]) -> int:
+    """Run one command and return its exit code."""
+    console, errors = Console(), Console(stderr=True)
+    if arguments == ["--version"]:
+        console.print(__version__, highlight=False)
+        return 0
+    try:
+        name = _preset(arguments)
+        command = tyro.cli(_commands(preset(name), name), args=arguments, prog="sgnlp", description=_about())
+        return int(command.run(console))
+    except SgnlpError as error:
+        errors.print(f"[red]error:[/red] {error}", highlight=False, soft_wrap=True)
+        return codes.BAD_INPUT
+    except KeyboardInterrupt:
+        errors.print("interrupted: nothing was written", highlight=False)
+        return codes.INTERRUPTED
+    except SystemExit as exit_:
+        return codes.USAGE if exit_.code not in (0, None) else 0
+
+
+def _about() -> str:
+    return f"Compliant dexterous pregrasps under shape uncertainty. Presets: {', '.join(sorted(PRESETS))}."

@@ -1,0 +1,12 @@
+"""Exit codes of the command line."""
+
+FEASIBLE = 0
+"""A feasible grasp was found, or the command did what it was asked."""
+NONE_FEASIBLE = 1
+"""No start ended in a feasible grasp."""
+USAGE = 2
+"""The flags are wrong."""
+BAD_INPUT = 3
+"""A file, name or value is wrong."""
+INTERRUPTED = 130
+"""Ended by Ctrl-C."""

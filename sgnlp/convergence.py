@@ -1,0 +1,131 @@
+"""The convergence study: does every start solve, is it feasible, and is its energy below that of AdamW?
+
+For each object seen from one, two and three cameras, and each start: the plan in the formulation of the settings,
+and in the penalty formulation Ipopt's smoothed energy against the lowest on the way of a first-order optimiser.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from statistics import median
+from typing import Any, get_type_hints
+
+from sgnlp.firstorder import descend
+from sgnlp.hand import Hand
+from sgnlp.ipopt import Planner
+from sgnlp.nlp import ENERGY_UNIT
+from sgnlp.observation import Observation
+from sgnlp.pool import Failure, map_starts, solve_start
+from sgnlp.problem import pose
+from sgnlp.settings import Settings
+from sgnlp.solution import SOLVED_FACTOR
+from sgnlp.starts import Start, starts
+
+OPTIMISER, STEPS = "adamw", 1000
+"""The first-order opponent, and five times the steps that the release gives it."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One start of one case. Energies are the smoothed ones of the penalty formulation, weighted."""
+
+    object: str
+    view_names: str
+    start: int
+    solved: bool
+    feasible: bool
+    worst_margin: float
+    kkt: float
+    iterations: int
+    seconds: float
+    status: str
+    penalty_energy: float
+    penalty_solved: bool
+    penalty_iterations: int
+    first_order_energy: float
+    failure: str = ""
+
+    @property
+    def lower(self) -> bool:
+        """Whether Ipopt's penalty energy is below the first-order one."""
+        return self.penalty_energy < self.first_order_energy
+
+
+def view_sets(names: Sequence[str]) -> list[list[str]]:
+    """One camera (the first), two (the others), all: as in the paper's experiments."""
+    names = list(names)
+    return [names] if len(names) < 2 else [names[:1], names[1:], names] if len(names) > 2 else [names[:1], names]
+
+
+def compare(planner: Planner, start: Start) -> Row:
+    """The row of one start."""
+    problem = planner.problem
+    solution = solve_start(planner, start)
+    settings = replace(problem.settings, solver=replace(problem.settings.solver, formulation="penalty"))
+    penalty = Planner(replace(problem, settings=settings)).solve(start)
+    descent = descend(problem, start, OPTIMISER, STEPS)
+    return Row(
+        object="",
+        view_names="",
+        start=start.index,
+        solved=solution.solved(problem.settings.solver.tolerance),
+        feasible=solution.feasible,
+        worst_margin=solution.worst_margin,
+        kkt=solution.kkt.worst,
+        iterations=solution.iterations,
+        seconds=solution.seconds,
+        status=solution.status,
+        penalty_energy=ENERGY_UNIT * penalty.objective,
+        penalty_solved=penalty.kkt.worst <= SOLVED_FACTOR * settings.solver.tolerance,
+        penalty_iterations=penalty.iterations,
+        first_order_energy=ENERGY_UNIT * descent.best,
+    )
+
+
+def case(
+    observation: Observation,
+    hand: Hand,
+    settings: Settings,
+    *,
+    count: int,
+    seed: int,
+    jobs: int,
+    timeout: float,
+    progress: Callable[[object], None] = lambda result: None,
+) -> list[Row]:
+    """The rows of one observation, in the order of the starts; a failed start is a row that says why."""
+    problem = pose(observation, hand, settings, seed)
+    names = " ".join(observation.view_names)
+    rows = []
+    for result in map_starts(compare, problem, starts(problem, count, seed), jobs, timeout):
+        progress(result)
+        row = _failed(result) if isinstance(result, Failure) else result
+        rows.append(replace(row, object=observation.name, view_names=names))
+    return sorted(rows, key=lambda row: row.start)
+
+
+def _failed(failure: Failure) -> Row:
+    empty: dict[str, Any] = {"str": "", "int": 0, "float": float("nan"), "bool": False}
+    values = {name: empty[kind.__name__] for name, kind in get_type_hints(Row).items()}
+    return Row(**values | {"start": failure.start, "failure": failure.reason})
+
+
+def table(rows: Sequence[Row]) -> list[dict[str, str]]:
+    """One line a case and a last one over all."""
+    cases = dict.fromkeys((row.object, row.view_names) for row in rows)
+    lines = [
+        _line(name, views, [r for r in rows if (r.object, r.view_names) == (name, views)]) for name, views in cases
+    ]
+    return [*lines, _line("all", "", list(rows))]
+
+
+def _line(name: str, views: str, rows: list[Row]) -> dict[str, str]:
+    numbers = {
+        "starts": len(rows),
+        "solved": sum(row.solved for row in rows),
+        "feasible": sum(row.feasible for row in rows),
+        "median iterations": median(row.iterations for row in rows),
+        "median time [s]": f"{median(row.seconds for row in rows):.2f}",
+        "penalty solved": sum(row.penalty_solved for row in rows),
+        "energy below AdamW": sum(row.lower for row in rows),
+    }
+    return {"object": name, "views": views} | {key: str(value) for key, value in numbers.items()}

@@ -1,0 +1,92 @@
+"""First-order optimisers on the oracle of the penalty formulation: what the paper and its release run.
+
+They see the same smoothed energy and the same bounds (by projection) as Ipopt, but no other constraint, which only
+favours them.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.nlp import UNITS, Nlp, build
+from sgnlp.oracle import join
+from sgnlp.problem import Problem
+from sgnlp.starts import Start, initial
+
+Array = NDArray[np.float64]
+
+RATES = {"linear": 1e-3, "angular": 1e-3, "joint": 2e-3, "target": 2e-3, "gain": 0.5}
+"""Learning rates of the release [m, rad, rad, m, N/m]."""
+DECAY = 0.01
+"""Weight decay of AdamW (PyTorch's default, which the release leaves on)."""
+ADAM_MEANS = (0.9, 0.999)
+"""Decay rates of AdamW's moments (Loshchilov & Hutter 2019)."""
+RMSPROP_MEAN = 0.99
+"""Decay rate of RMSProp's second moment (PyTorch's default)."""
+EPSILON = 1e-8
+"""Guard of the division by the root of the second moment."""
+
+Step = Callable[[int, Array, Array], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Descent:
+    """Lowest smoothed energy on the way (in the solver's unit), where, and the energy at every step."""
+
+    best: float
+    x: Array
+    energies: Array  # (steps + 1,)
+
+
+def adamw(rates: Array) -> Step:
+    """x ← x - rate (m̂/(√v̂ + ε) + decay x), with bias-corrected moments."""
+    m, v = np.zeros_like(rates), np.zeros_like(rates)
+
+    def step(i: int, x: Array, gradient: Array) -> Array:
+        m[:] = ADAM_MEANS[0] * m + (1 - ADAM_MEANS[0]) * gradient
+        v[:] = ADAM_MEANS[1] * v + (1 - ADAM_MEANS[1]) * gradient**2
+        m_hat, v_hat = m / (1 - ADAM_MEANS[0] ** i), v / (1 - ADAM_MEANS[1] ** i)
+        return x - rates * (m_hat / (np.sqrt(v_hat) + EPSILON) + DECAY * x)
+
+    return step
+
+
+def rmsprop(rates: Array) -> Step:
+    """x ← x - rate g/(√v + ε)."""
+    v = np.zeros_like(rates)
+
+    def step(i: int, x: Array, gradient: Array) -> Array:
+        v[:] = RMSPROP_MEAN * v + (1 - RMSPROP_MEAN) * gradient**2
+        return x - rates * gradient / (np.sqrt(v) + EPSILON)
+
+    return step
+
+
+OPTIMISERS: dict[str, Callable[[Array], Step]] = {"adamw": adamw, "rmsprop": rmsprop}
+
+
+def learning_rates(nlp: Nlp) -> Array:
+    """The release's rates in the units of the scaled variables (nx,)."""
+    n, m = len(nlp.hand.joint_names), len(nlp.hand.fingers)
+    names = ["linear"] * 3 + ["angular"] * 3 + ["joint"] * n + ["target"] * (3 * m) + ["gain"] * m
+    return np.array([RATES[name] / UNITS[name] for name in names])
+
+
+def descend(problem: Problem, start: Start, optimiser: str, steps: int) -> Descent:
+    """Run `steps` steps of an optimiser on the smoothed penalty energy from a start."""
+    nlp = build(problem.hand, problem.structure("penalty"))
+    oracle = join(nlp, problem.gpis)
+    p = problem.parameters(nlp, start.wrist, start.joints)
+    low, high = problem.variable_bounds(nlp, start.joints)
+    step = OPTIMISERS[optimiser](learning_rates(nlp))
+    x = np.clip(initial(nlp, start), low, high)
+    energies, best, best_x = np.empty(steps + 1), np.inf, x
+    for i in range(steps + 1):
+        f, gradient = oracle.gradient(x, p)
+        energies[i] = float(f)
+        if energies[i] < best:
+            best, best_x = energies[i], x
+        x = np.clip(step(i + 1, x, np.array(gradient).ravel()), low, high)
+    return Descent(best, best_x, energies)

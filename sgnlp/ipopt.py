@@ -1,0 +1,118 @@
+"""One start of the nonlinear program solved by Ipopt with exact first and second derivatives."""
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.kkt import Kkt, residuals
+from sgnlp.nlp import build
+from sgnlp.oracle import Oracle, join
+from sgnlp.problem import Problem
+from sgnlp.settings import Solver
+from sgnlp.starts import Start, initial
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Iterate:
+    """What a solver returns for one start, in the scaled variables of its last formulation.
+
+    x (nx), parameters p, and the residuals of the optimality conditions that we recomputed there; `status` is the
+    solver's word, never believed.
+    """
+
+    start: int
+    formulation: str
+    x: Array
+    p: Array
+    objective: float
+    kkt: Kkt
+    status: str
+    iterations: int
+    seconds: float
+
+
+def options(solver: Solver, iterations: int) -> dict[str, Any]:
+    """Ipopt's options, in CasADi's names."""
+    return {
+        "ipopt.print_level": 0,
+        "ipopt.sb": "yes",
+        "ipopt.tol": solver.tolerance,
+        "ipopt.max_iter": iterations,
+        "ipopt.mu_strategy": solver.mu_strategy,
+        "ipopt.mu_init": solver.mu_init,
+        "ipopt.linear_solver": solver.linear_solver,
+        "print_time": False,
+        "no_nlp_grad": True,
+        "calc_lam_p": False,
+    }
+
+
+def schedule(solver: Solver) -> list[tuple[str, int]]:
+    """The formulations to solve in order, each with its iterations at most."""
+    if solver.formulation == "two_phase":
+        return [("penalty", solver.penalty_iterations), ("constrained", solver.max_iterations)]
+    return [(solver.formulation, solver.max_iterations)]
+
+
+def nlp_solver(oracle: Oracle, solver: Solver, iterations: int) -> ca.Function:
+    """CasADi's Ipopt over the oracle's own derivatives."""
+    x, p = ca.MX.sym("x", oracle.objective.size1_in(0)), ca.MX.sym("p", oracle.objective.size1_in(1))
+    problem = {"x": x, "p": p, "f": oracle.objective(x, p), "g": oracle.rows(x, p)}
+    derivatives = {"grad_f": oracle.gradient, "jac_g": oracle.jacobian, "hess_lag": oracle.hessian}
+    return ca.nlpsol("ipopt", "ipopt", problem, options(solver, iterations) | derivatives)
+
+
+@dataclass(frozen=True)
+class Phase:
+    """One formulation of the problem with its solver."""
+
+    oracle: Oracle
+    solver: ca.Function
+
+
+class Planner:
+    """Ipopt over one problem, in the formulation of its settings; `phases` are run in order."""
+
+    def __init__(self, problem: Problem):
+        self.problem = problem
+        self.phases = [
+            self._phase(formulation, iterations) for formulation, iterations in schedule(problem.settings.solver)
+        ]
+
+    def _phase(self, formulation: str, iterations: int) -> Phase:
+        problem = self.problem
+        oracle = join(build(problem.hand, problem.structure(formulation)), problem.gpis)
+        return Phase(oracle, nlp_solver(oracle, problem.settings.solver, iterations))
+
+    def solve(self, start: Start) -> Iterate:
+        """Run the phases from a start, each from where the one before it ended."""
+        begin, iterations = time.perf_counter(), 0
+        x = initial(self.phases[0].oracle.nlp, start)
+        for phase in self.phases:
+            nlp = phase.oracle.nlp
+            p = self.problem.parameters(nlp, start.wrist, start.joints)
+            x_bounds = self.problem.variable_bounds(nlp, start.joints)
+            g_bounds = self.problem.row_bounds(nlp)
+            bounds = dict(zip(("lbx", "ubx", "lbg", "ubg"), (*x_bounds, *g_bounds), strict=True))
+            result = phase.solver(x0=np.clip(x, *x_bounds), p=p, **bounds)
+            x = np.array(result["x"]).ravel()
+            stats = phase.solver.stats()
+            iterations += int(stats["iter_count"])
+        multipliers = np.array(result["lam_x"]).ravel(), np.array(result["lam_g"]).ravel()
+        return Iterate(
+            start=start.index,
+            formulation=nlp.structure.formulation,
+            x=x,
+            p=p,
+            objective=float(result["f"]),
+            kkt=residuals(phase.oracle, x, p, multipliers, x_bounds, g_bounds),
+            status=str(stats["return_status"]),
+            iterations=iterations,
+            seconds=time.perf_counter() - begin,
+        )

@@ -1,0 +1,57 @@
+"""Residuals of the first-order optimality conditions, recomputed from the oracle whatever the solver said."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.oracle import Oracle
+
+Array = NDArray[np.float64]
+
+SCALE_LIMIT = 100.0
+"""Multipliers of mean magnitude above this scale the residuals down (s_max of Wächter & Biegler 2006, eq. 6)."""
+
+
+@dataclass(frozen=True)
+class Kkt:
+    """Residuals of min f, g_low ≤ g ≤ g_high, x_low ≤ x ≤ x_high, in the scaled variables and rows.
+
+    dual |∇f + Jᵀλ_g + λ_x|_∞ and complementarity max |λ slack| are over the scale of the multipliers; primal is the
+    largest violation of a bound.
+    """
+
+    dual: float
+    primal: float
+    complementarity: float
+
+    @property
+    def worst(self) -> float:
+        """The largest of the three."""
+        return max(self.dual, self.primal, self.complementarity)
+
+
+def residuals(
+    oracle: Oracle,
+    x: Array,
+    p: Array,
+    multipliers: tuple[Array, Array],
+    x_bounds: tuple[Array, Array],
+    g_bounds: tuple[Array, Array],
+) -> Kkt:
+    """The residuals at x (nx) with multipliers (λ_x (nx), λ_g (ng)); positive ones push down from upper bounds."""
+    lam_x, lam_g = multipliers
+    gradient = np.array(oracle.gradient(x, p)[1]).ravel()
+    g, J = oracle.jacobian(x, p)
+    stationarity = gradient + np.array(J.T @ lam_g).ravel() + lam_x
+    values = np.concatenate([x, np.array(g).ravel()])
+    low, high = (np.concatenate(pair) for pair in zip(x_bounds, g_bounds, strict=True))
+    lam = np.concatenate([lam_x, lam_g])
+    slack = np.where(lam > 0, high - values, values - low)
+    complementarity = np.where(np.isfinite(slack), np.abs(lam * slack), np.abs(lam))
+    scale = max(SCALE_LIMIT, float(np.abs(lam).mean())) / SCALE_LIMIT
+    return Kkt(
+        dual=float(np.abs(stationarity).max()) / scale,
+        primal=float(max((low - values).max(), (values - high).max(), 0.0)),
+        complementarity=float(complementarity.max()) / scale,
+    )

@@ -1,0 +1,95 @@
+"""Starts solved in worker processes, each under a wall-clock limit that really stops it.
+
+Processes and not threads: MUMPS is not thread-safe, and only a process can be killed inside an iteration.
+"""
+
+import multiprocessing
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import TimeoutError as FutureTimeout
+from concurrent.futures import as_completed
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from pebble import ProcessExpired, ProcessPool
+from threadpoolctl import threadpool_limits
+
+from sgnlp.ipopt import Planner, schedule
+from sgnlp.nlp import build
+from sgnlp.problem import Problem
+from sgnlp.solution import Solution, solution
+from sgnlp.starts import Start
+
+T = TypeVar("T")
+
+_planner: Planner | None = None
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A start that gave no solution, and why."""
+
+    start: int
+    reason: str
+
+
+def solve_start(planner: Planner, start: Start) -> Solution:
+    """The solution of one start."""
+    iterate = planner.solve(start)
+    return solution(planner.problem, start, iterate, planner.phases[-1].oracle.nlp.units)
+
+
+def solve_all(
+    problem: Problem, starts: Sequence[Start], jobs: int, timeout: float | None
+) -> Iterator[Solution | Failure]:
+    """Solve every start in `jobs` processes, yielding solutions as they come; see `map_starts`."""
+    return map_starts(solve_start, problem, starts, jobs, timeout)
+
+
+def map_starts(
+    task: Callable[[Planner, Start], T], problem: Problem, starts: Sequence[Start], jobs: int, timeout: float | None
+) -> Iterator[T | Failure]:
+    """Apply a task to every start in `jobs` processes, yielding results as they come.
+
+    `timeout` [s] is a start's limit; one that overruns it, or whose process dies, is a `Failure`. Leaving the
+    iteration early, by an exception too, ends every process.
+    """
+    for formulation, _ in schedule(problem.settings.solver):
+        build(problem.hand, problem.structure(formulation))  # before the fork, so that workers inherit it
+    pool = ProcessPool(
+        max_workers=min(jobs, len(starts)),
+        initializer=_initialise,
+        initargs=(problem,),
+        context=multiprocessing.get_context("fork"),
+    )
+    try:
+        futures: dict[Any, Start] = {pool.schedule(_run, args=(task, s), timeout=timeout): s for s in starts}
+        for future in as_completed(futures):
+            yield _result(future, futures[future], timeout)
+    finally:
+        pool.stop()
+        pool.join()
+
+
+def _result(future: Any, start: Start, timeout: float | None) -> Any:
+    try:
+        return future.result()
+    except FutureTimeout:
+        return Failure(start.index, f"stopped after {timeout:g} s")
+    except ProcessExpired as error:
+        return Failure(start.index, f"process ended with exit code {error.exitcode}")
+    except RuntimeError as error:  # CasADi's
+        return Failure(start.index, str(error).splitlines()[0])
+
+
+def _initialise(problem: Problem) -> None:
+    """Ready a worker: interrupts are the parent's business, and one process is one thread."""
+    global _planner
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threadpool_limits(1)
+    _planner = Planner(problem)
+
+
+def _run(task: Callable[[Planner, Start], T], start: Start) -> T:
+    assert _planner is not None
+    return task(_planner, start)

@@ -1,0 +1,97 @@
+"""A planning problem: a hand, a fitted surface and settings, as numbers for the nonlinear program."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.constraints import active
+from sgnlp.energies import TERMS
+from sgnlp.gpis import Gpis, fit
+from sgnlp.hand import Hand, load_hand
+from sgnlp.nlp import Nlp, Structure
+from sgnlp.observation import Observation
+from sgnlp.settings import Settings
+from sgnlp.training import training_set
+
+Array = NDArray[np.float64]
+
+MAX_TURN = 3.1
+"""Bound of each angular coordinate of the wrist's tangent [rad]: inside the ball |ω| < π of unique rotations."""
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """A hand, a surface and settings. `box` (2, 3) [m] are the corners of the observed points' box."""
+
+    hand: Hand
+    gpis: Gpis
+    settings: Settings
+    box: Array
+    table_height: float
+    com: Array  # (3,) [m], centre of mass: the middle of the box
+
+    def structure(self, formulation: str) -> Structure:
+        """The structure of the symbolic functions for the formulation `penalty` or `constrained`."""
+        contact = self.settings.contact
+        return Structure(formulation, contact.samples, contact.density, contact.equilibrium)
+
+    def weights(self) -> Array:
+        """The weight of each of `energies.TERMS`; E_pose, where it has a weight, replaces the motion term."""
+        weights = [getattr(self.settings.weights, term.weight) for term in TERMS]
+        replaced = self.settings.weights.pose > 0
+        return np.array(
+            [0.0 if replaced and t.name == "reg_motion" else w for t, w in zip(TERMS, weights, strict=True)]
+        )
+
+    def parameters(self, nlp: Nlp, wrist: Array, joints: Array) -> Array:
+        """The parameter vector for the seed pose `wrist` (7) and `joints` (n)."""
+        contact, smoothing = self.settings.contact, self.settings.smoothing
+        return nlp.parameters.pack(
+            {
+                "wrist": wrist,
+                "joints": joints,
+                "weights": self.weights(),
+                "c": contact.c,
+                "friction": contact.friction,
+                "pad": float(contact.pad),
+                "force_min": self.settings.limits.force_min,
+                "lift": contact.lift,
+                "mass": contact.mass,
+                "com": self.com,
+                "table": self.table_height,
+                "ball_centre": self.gpis.centre,
+                "ball_radius": self.gpis.radius,
+                "distance": smoothing.distance,
+                "collision": smoothing.collision,
+                "log_width": smoothing.log,
+                "force": smoothing.force,
+                "deviation": smoothing.deviation,
+                "exponent": smoothing.exponent,
+            }
+        )
+
+    def variable_bounds(self, nlp: Nlp, joints: Array) -> tuple[Array, Array]:
+        """Bounds (nx,) of the scaled variables for the seed `joints` (n)."""
+        limits, m = self.settings.limits, len(self.hand.fingers)
+        side = self.gpis.radius / np.sqrt(3)  # of the cube inside the surface model's ball
+        wrist = np.repeat([limits.wrist_travel, MAX_TURN], 3)
+        gains = np.full(m, limits.gain_min), np.full(m, limits.gain_max)
+        targets = np.tile(self.gpis.centre, m)
+        low = [-wrist, self.hand.lower - joints, targets - side, gains[0]]
+        high = [wrist, self.hand.upper - joints, targets + side, gains[1]]
+        return np.concatenate(low) / nlp.units, np.concatenate(high) / nlp.units
+
+    def row_bounds(self, nlp: Nlp) -> tuple[Array, Array]:
+        """Bounds (ng,) of the scaled rows."""
+        bounds = [np.array(c.bounds(self.settings)) / c.scale for c in active(nlp.structure.formulation)]
+        rows = np.repeat(np.array(bounds), nlp.row_sizes, axis=0)
+        return rows[:, 0], rows[:, 1]
+
+
+def pose(observation: Observation, hand: str | Hand, settings: Settings, seed: int = 0) -> Problem:
+    """Fit the surface of an observation and pose the problem of grasping it."""
+    hand = load_hand(hand, settings.spheres) if isinstance(hand, str) else hand
+    gpis = fit(training_set(observation, settings.gpis, seed), settings.gpis.kernel)
+    box = np.stack([observation.points.min(axis=0), observation.points.max(axis=0)])
+    return Problem(hand, gpis, settings, box, observation.table_height, box.mean(axis=0))

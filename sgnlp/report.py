@@ -1,0 +1,133 @@
+"""Tables of a plan for the terminal: built here, printed by the command line."""
+
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+from rich.text import Text
+
+from sgnlp.energies import TERMS
+from sgnlp.hand import Hand
+from sgnlp.plan import Plan
+from sgnlp.recompute import rotation_angle
+from sgnlp.solution import Solution
+
+YES, NO = Text("yes", style="green"), Text("no", style="red")
+
+
+def _table(title: str, *columns: str) -> Table:
+    table = Table(title=title, title_justify="left", title_style="bold", header_style="bold", box=None, pad_edge=False)
+    for i, column in enumerate(columns):
+        table.add_column(column, justify="left" if i == 0 else "right")
+    return table
+
+
+def starts_table(plan: Plan) -> Table:
+    """One row a start, best first; failures last."""
+    table = _table(
+        "Starts, best first",
+        *("start", "feasible", "margin", "ρ [N m]", "energy", "KKT", "iterations", "time [s]", "what fails"),
+    )
+    for s in plan.solutions:
+        table.add_row(
+            str(s.start),
+            YES if s.feasible else NO,
+            f"{s.worst_margin:.3f}",
+            f"{s.grasp.stiffness:.3f}",
+            f"{s.energy:.1f}",
+            f"{s.kkt.worst:.0e}",
+            str(s.iterations),
+            f"{s.seconds:.2f}",
+            "; ".join(s.violated),
+        )
+    for failure in plan.failures:
+        table.add_row(str(failure.start), NO, "", "", "", "", "", "", failure.reason)
+    return table
+
+
+def fingers_table(plan: Plan, s: Solution) -> Table:
+    """One row a finger of a grasp."""
+    columns = ("gain [N/m]", "force [N]", "margin t0", "margin eq", "contact [mm]", "±σ [mm]", "target [m]")
+    table = _table(f"Start {s.start}, by finger", "finger", *columns)
+    g = s.grasp
+    for i, finger in enumerate(plan.problem.hand.fingers):
+        table.add_row(
+            finger.name,
+            f"{g.gains[i]:.0f}",
+            f"{np.linalg.norm(g.forces_eq[i]):.2f}",
+            f"{s.margins_initial[i]:.3f}",
+            f"{s.margins_equilibrium[i]:.3f}",
+            f"{1e3 * g.gaps[i]:.2f}",
+            f"{1e3 * g.contact_deviations[i]:.1f}",
+            " ".join(f"{c:+.3f}" for c in g.targets[i]),
+        )
+    return table
+
+
+def energy_table(plan: Plan, s: Solution) -> Table:
+    """The exact energy of a grasp, term by term."""
+    table = _table(f"Start {s.start}, exact energy", "term", "value", "weight", "share")
+    for term, w, e in zip(TERMS, plan.problem.weights(), s.energy_terms, strict=True):
+        table.add_row(term.name, f"{e:.4g}", f"{w:g}", f"{w * e:.2f}")
+    table.add_row("total", "", "", f"{s.energy:.2f}", style="bold")
+    return table
+
+
+def checks_table(s: Solution) -> Table:
+    """The feasibility checks of a grasp."""
+    table = _table(f"Start {s.start}, recomputed", "check", "value", "at least", "passed")
+    for check in s.checks:
+        value, least = f"{check.value:.3g} {check.unit}", f"{check.least:.3g} {check.unit}"
+        table.add_row(check.name, value, least, YES if check.passed else NO)
+    angle = np.degrees(rotation_angle(s.grasp.rotation))
+    table.add_row("object turns by", f"{angle:.2f} deg", "", "")
+    return table
+
+
+def tables(plan: Plan) -> list[Any]:
+    """Everything to print about a plan: the starts, then the best grasp or the least bad one."""
+    shown: list[Any] = [starts_table(plan)]
+    if plan.solutions:
+        first = plan.solutions[0]
+        shown += [fingers_table(plan, first), energy_table(plan, first), checks_table(first)]
+    return shown
+
+
+def headline(plan: Plan) -> str:
+    """One line: how many starts, how many feasible, how long."""
+    count = len(plan.solutions) + len(plan.failures)
+    feasible = sum(s.feasible for s in plan.solutions)
+    seconds = sum(plan.seconds.values())
+    return f"{plan.observation.name}: {feasible} of {count} starts feasible in {seconds:.1f} s"
+
+
+def hands_table(hands: list[Hand]) -> Table:
+    """One row a hand."""
+    table = _table("Hands", "name", "fingers", "joints", "spheres", "wrist starts")
+    for hand in hands:
+        fingers = ", ".join(finger.name for finger in hand.fingers)
+        counts = (len(hand.joint_names), len(hand.spheres), len(hand.wrist_starts))
+        table.add_row(hand.name, fingers, *map(str, counts))
+    return table
+
+
+def facts_table(title: str, facts: dict[str, Any]) -> Table:
+    """Names and values."""
+    table = _table(title, "name", "value")
+    for name, value in facts.items():
+        table.add_row(name, str(value))
+    return table
+
+
+def rows_table(title: str, lines: list[dict[str, str]]) -> Table:
+    """Lines of equal keys as a table."""
+    table = _table(title, *lines[0])
+    for line in lines:
+        table.add_row(*line.values())
+    return table
+
+
+def markdown(lines: list[dict[str, str]]) -> str:
+    """The same as a Markdown table."""
+    rows = [list(lines[0]), ["---"] * len(lines[0]), *(list(line.values()) for line in lines)]
+    return "".join("| " + " | ".join(row) + " |\n" for row in rows)

@@ -1,0 +1,153 @@
+"""A planned grasp: everything recomputed from the solver's variables, and whether it is feasible."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.energies import TERMS
+from sgnlp.energies.spring import margins
+from sgnlp.grasp import Grasp
+from sgnlp.ipopt import Iterate
+from sgnlp.kinematics import integrate
+from sgnlp.kkt import Kkt
+from sgnlp.ops import Exact
+from sgnlp.problem import Problem
+from sgnlp.recompute import recompute
+from sgnlp.starts import Start
+
+Array = NDArray[np.float64]
+
+MARGIN_SLACK = 1e-6
+"""Rounding allowed to a margin: a solver meets its bounds to 1e-8."""
+MAX_GAP = 2e-3
+"""Largest |distance| of a pad to the surface that counts as contact [m]."""
+MAX_PENETRATION = 1e-3
+"""Largest penetration of a sphere that counts as clear [m]."""
+FORCE_SHARE = 0.9
+"""Share of f_min that a finger must give at least."""
+SOLVED_FACTOR = 10.0
+"""Ipopt's tolerance is on its internally scaled problem; ours is on the problem as posed."""
+JOINT_SLACK = 1e-6
+"""Rounding allowed to a joint limit [rad]."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """A condition of feasibility: `value` must be at least `least`, in `unit`."""
+
+    name: str
+    value: float
+    least: float
+    unit: str
+
+    @property
+    def passed(self) -> bool:
+        """Whether it holds; NaN does not."""
+        return bool(self.value >= self.least)
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A grasp recomputed from a solver's variables; m fingers, n joints. Lengths in m, forces in N."""
+
+    start: int
+    wrist: Array  # (7,) pose of the root link, x y z qx qy qz qw
+    joints: Array  # (n,) [rad]
+    grasp: Grasp
+    translation_eq: Array  # (3,) [m]
+    contact_points: Array  # (m, 3) [m], p_i - r n_i
+    margins_initial: Array  # (m,)
+    margins_equilibrium: Array  # (m,)
+    energy: float
+    energy_terms: Array  # (T,) exact, unweighted
+    checks: tuple[Check, ...]
+    kkt: Kkt
+    status: str
+    iterations: int
+    seconds: float
+
+    @property
+    def feasible(self) -> bool:
+        """Whether every check passes."""
+        return all(check.passed for check in self.checks)
+
+    def solved(self, tolerance: float) -> bool:
+        """Whether the recomputed optimality conditions hold to `SOLVED_FACTOR` times the solver's tolerance."""
+        return self.kkt.worst <= SOLVED_FACTOR * tolerance
+
+    @property
+    def worst_margin(self) -> float:
+        """Smallest contact margin over fingers and states."""
+        return float(min(self.margins_initial.min(), self.margins_equilibrium.min()))
+
+    @property
+    def violated(self) -> tuple[str, ...]:
+        """Names of the checks that fail."""
+        return tuple(check.name for check in self.checks if not check.passed)
+
+
+def variables(problem: Problem, start: Start, iterate: Iterate, units: Array) -> tuple[Array, Array, Array, Array]:
+    """wrist (7), joints (n), targets (m, 3), gains (m) of an iterate."""
+    n, m = len(problem.hand.joint_names), len(problem.hand.fingers)
+    x = iterate.x * units
+    wrist, joints = integrate(problem.hand, start.wrist, start.joints, x[: 6 + n])
+    return wrist, joints, x[6 + n : 6 + n + 3 * m].reshape(m, 3), x[6 + n + 3 * m :]
+
+
+def solution(problem: Problem, start: Start, iterate: Iterate, units: Array) -> Solution:
+    """The solution that an iterate stands for."""
+    wrist, joints, targets, gains = variables(problem, start, iterate, units)
+    g, t = recompute(problem, wrist, joints, targets, gains)
+    op = Exact()
+    initial = margins(g.forces, g.normals, g.friction, op)
+    equilibrium = margins(g.forces_eq, g.normals_eq, g.friction, op)
+    terms = np.array([float(term.value(g, op)) for term in TERMS])
+    radii = np.array([finger.radius for finger in problem.hand.fingers]) * problem.settings.contact.pad
+    return Solution(
+        start=start.index,
+        wrist=wrist,
+        joints=joints,
+        grasp=g,
+        translation_eq=t,
+        contact_points=g.contacts - radii[:, None] * g.normals,
+        margins_initial=initial,
+        margins_equilibrium=equilibrium,
+        energy=float(problem.weights() @ terms),
+        energy_terms=terms,
+        checks=feasibility(problem, g, initial, equilibrium),
+        kkt=iterate.kkt,
+        status=iterate.status,
+        iterations=iterate.iterations,
+        seconds=iterate.seconds,
+    )
+
+
+def feasibility(problem: Problem, g: Grasp, initial: Array, equilibrium: Array) -> tuple[Check, ...]:
+    """The conditions of a feasible grasp, each with its value."""
+    hand, force = problem.hand, np.linalg.norm(g.forces_eq, axis=1)
+    limit = min((g.joints - hand.lower).min(), (hand.upper - g.joints).min())
+    force_min = problem.settings.limits.force_min
+    penetration = -1e3 * MAX_PENETRATION
+    return (
+        Check("margin at first contact", float(initial.min()), -MARGIN_SLACK, ""),
+        Check("margin at equilibrium", float(equilibrium.min()), -MARGIN_SLACK, ""),
+        Check("contact distance", -1e3 * float(np.abs(g.gaps).max()), -1e3 * MAX_GAP, "mm"),
+        Check("object clearance", 1e3 * float(g.object_clearances.min()), penetration, "mm"),
+        Check("table clearance", 1e3 * float(min(g.table_clearances.min(), g.pad_heights.min())), penetration, "mm"),
+        Check("self clearance", 1e3 * float(g.pair_clearances.min(initial=np.inf)), penetration, "mm"),
+        Check("joint limits", float(limit), -JOINT_SLACK, "rad"),
+        Check("force", float(force.min()), FORCE_SHARE * force_min, "N"),
+        Check("stiffness", 1e3 * float(g.stiffness), 1e-3, "mN m"),
+        Check("surface model", 1e3 * float(g.ball_clearances.min()), 0.0, "mm"),
+    )
+
+
+def rank(solutions: list[Solution], key: str) -> list[Solution]:
+    """Feasible first, then best first by `key`: margin, energy or stiffness; ties by start."""
+    value = {
+        "margin": lambda s: -s.worst_margin,
+        "energy": lambda s: s.energy,
+        "stiffness": lambda s: -s.grasp.stiffness,
+    }[key]
+    return sorted(solutions, key=lambda s: (not s.feasible, value(s), s.start))

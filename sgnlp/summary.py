@@ -1,0 +1,87 @@
+"""A plan in plain values: what `summary.json` and the meta block of `grasps.npz` hold."""
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from sgnlp.energies import TERMS
+from sgnlp.environment import kinematics_backend, machine, versions
+from sgnlp.plan import Plan
+from sgnlp.solution import Solution
+
+
+def meta(plan: Plan) -> dict[str, Any]:
+    """How a plan was made: enough to make it again."""
+    observation = plan.observation
+    return {
+        "object": observation.name,
+        "input_digest": observation.digest,
+        "table_height": observation.table_height,
+        "hand": plan.problem.hand.name,
+        "settings": asdict(plan.problem.settings),
+        "seed": plan.seed,
+        "starts": len(plan.solutions) + len(plan.failures),
+        "timeout": plan.timeout,
+        "versions": versions(),
+        "kinematics": kinematics_backend(),
+        "machine": machine(),
+        "seconds": plan.seconds | {"jobs": plan.jobs},
+    }
+
+
+def summary(plan: Plan) -> dict[str, Any]:
+    """The plan's outcome: counts, every start, the best grasp's breakdown, what was dropped or assumed."""
+    tolerance = plan.problem.settings.solver.tolerance
+    return meta(plan) | {
+        "notes": list(plan.observation.notes),
+        "feasible": sum(s.feasible for s in plan.solutions),
+        "solved": sum(s.solved(tolerance) for s in plan.solutions),
+        "starts_table": [_start(s, rank) for rank, s in enumerate(plan.solutions)]
+        + [{"start": f.start, "failure": f.reason} for f in plan.failures],
+        "best": _grasp(plan.best, plan) if plan.best else None,
+    }
+
+
+def _start(s: Solution, rank: int) -> dict[str, Any]:
+    return {
+        "rank": rank,
+        "start": s.start,
+        "feasible": s.feasible,
+        "violated": list(s.violated),
+        "worst_margin": s.worst_margin,
+        "energy": s.energy,
+        "stiffness": float(s.grasp.stiffness),
+        "kkt": asdict(s.kkt),
+        "status": s.status,
+        "iterations": s.iterations,
+        "seconds": s.seconds,
+    }
+
+
+def _grasp(s: Solution, plan: Plan) -> dict[str, Any]:
+    hand, g, weights = plan.problem.hand, s.grasp, plan.problem.weights()
+    fingers = {
+        finger.name: {
+            "gain": float(g.gains[i]),
+            "target": g.targets[i].tolist(),
+            "force": float(np.linalg.norm(g.forces_eq[i])),
+            "margin_initial": float(s.margins_initial[i]),
+            "margin_equilibrium": float(s.margins_equilibrium[i]),
+            "contact_distance_mm": 1e3 * float(g.gaps[i]),
+            "deviation_mm": 1e3 * float(g.contact_deviations[i]),
+        }
+        for i, finger in enumerate(hand.fingers)
+    }
+    return {
+        "start": s.start,
+        "wrist": s.wrist.tolist(),
+        "joints": dict(zip(hand.joint_names, s.joints.tolist(), strict=True)),
+        "fingers": fingers,
+        "energy": s.energy,
+        "energy_terms": {
+            term.name: {"weight": float(w), "value": float(e), "share": float(w * e)}
+            for term, w, e in zip(TERMS, weights, s.energy_terms, strict=True)
+        },
+        "checks": {check.name: asdict(check) | {"passed": check.passed} for check in s.checks},
+    }
