@@ -24,7 +24,6 @@ Scalar = TypeVar("Scalar", bound=np.generic)
 
 GRID_CELLS = 2**20  # cells on each side of the centre of the thinning grid: three indices fit one int64
 SIMPLEX_POINTS = 4  # fewer points enclose no volume
-ROUNDING = 1e-9  # of a mean: points that are all alike are no outliers
 NAME_PATTERN = re.compile(r"\w[\w .+-]{0,99}")  # a name becomes a folder under results/
 
 
@@ -266,7 +265,7 @@ class _Cleaning:
         average = np.asarray(distances)[:, 1:].mean(axis=1)  # (n,) [m] without the point itself
         limit = average.mean() + self.settings.outlier_deviations * average.std()
         criterion = f"mean distance to {neighbours} neighbours above {1e3 * limit:.1f} mm"
-        self.keep(average <= limit * (1 + ROUNDING), f"are outliers ({criterion})")
+        self.keep(average <= limit, f"are outliers ({criterion})")
 
 
 def _check_shape(points: FloatArray, settings: ObservationSettings) -> None:
