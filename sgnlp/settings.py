@@ -1,14 +1,28 @@
 """Every number that a user may change, with its source. Settings are frozen; presets are instances."""
 
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import ClassVar, Literal
 
+from sgnlp.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
 from sgnlp.errors import unknown
 
 
 @dataclass(frozen=True)
-class GpisSettings:
+class GpisSettings(Checked):
     """How the implicit surface is fitted."""
+
+    section = "gpis"
+    valid: ClassVar[dict[str, Interval]] = {
+        "surface_points": (10, 5000),
+        "interior_points": (1, 5000),
+        "surface_noise": POSITIVE,
+        "exterior_noise": POSITIVE,
+        "interior_noise": POSITIVE,
+        "cube_scale": (1.0, 10.0),
+        "cube_half_min": POSITIVE,
+        "interior_value": (-10.0, 0.0),
+        "interior_temperature": POSITIVE,
+    }
 
     kernel: str = "thin_plate"
     """thin_plate, matern32, matern52 or squared_exponential"""
@@ -37,8 +51,13 @@ class GpisSettings:
 
 
 @dataclass(frozen=True)
-class Weights:
+class Weights(Checked):
     """Weights of the energy terms (paper, table of weights)."""
+
+    section = "weights"
+    valid: ClassVar[dict[str, Interval]] = dict.fromkeys(
+        ("sp", "dist", "uncer", "gain", "tar", "col", "reg", "force", "pose", "stability"), NOT_NEGATIVE
+    )
 
     sp: float = 200.0
     """contact margins at first contact and at equilibrium"""
@@ -63,8 +82,16 @@ class Weights:
 
 
 @dataclass(frozen=True)
-class Contact:
+class Contact(Checked):
     """The model of contact and of the grasping motion."""
+
+    section = "contact"
+    valid: ClassVar[dict[str, Interval]] = {
+        "c": (1e-3, 1.0),
+        "friction": POSITIVE,
+        "samples": (2, 1000),
+        "mass": NOT_NEGATIVE,
+    }
 
     c: float = 0.7
     """contact p = o + c (a - o) between target o and pregrasp tip a (paper: 0.7)"""
@@ -85,8 +112,22 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class Limits:
+class Limits(Checked):
     """Bounds of the constrained formulation; the stiffness and rotation ones hold in every formulation."""
+
+    section = "limits"
+    valid: ClassVar[dict[str, Interval]] = {
+        "margin_initial": (-1.0, 1.0),
+        "margin_equilibrium": (-1.0, 1.0),
+        "force_min": NOT_NEGATIVE,
+        "force_max": POSITIVE,
+        "stiffness": POSITIVE,
+        "rotation_deg": (1e-3, 180.0),
+        "shift": POSITIVE,
+        "gain_min": POSITIVE,
+        "gain_max": POSITIVE,
+        "wrist_travel": POSITIVE,
+    }
 
     margin_initial: float = 0.0
     """least contact margin at first contact"""
@@ -115,10 +156,21 @@ class Limits:
     wrist_travel: float = 0.3
     """largest displacement of the wrist from its start, along each axis [m]"""
 
+    def __post_init__(self) -> None:
+        """Also that no lower limit is above its upper one."""
+        super().__post_init__()
+        self._ordered("force_min", "force_max")
+        self._ordered("gain_min", "gain_max")
+
 
 @dataclass(frozen=True)
-class Smoothing:
+class Smoothing(Checked):
     """Widths of the smooth forms; the exact, non-smooth values are reported beside them."""
+
+    section = "smoothing"
+    valid: ClassVar[dict[str, Interval]] = dict.fromkeys(
+        ("distance", "collision", "log", "force", "deviation", "exponent"), POSITIVE
+    )
 
     distance: float = 5e-4
     """δ of |d| → √(d² + δ²) [m]"""
@@ -135,8 +187,16 @@ class Smoothing:
 
 
 @dataclass(frozen=True)
-class Solver:
+class Solver(Checked):
     """Formulation, Ipopt's options and limits."""
+
+    section = "solver"
+    valid: ClassVar[dict[str, Interval]] = {
+        "penalty_iterations": (1, 100_000),
+        "max_iterations": (1, 100_000),
+        "tolerance": POSITIVE,
+        "mu_init": POSITIVE,
+    }
 
     formulation: Literal["penalty", "constrained", "two_phase"] = "two_phase"
     """the whole energy; constraints with the rest of the energy; a few iterations of the first, then the second"""
@@ -155,7 +215,7 @@ class Solver:
 
 
 @dataclass(frozen=True)
-class Settings:
+class Settings(Checked):
     """All settings of a plan."""
 
     gpis: GpisSettings = field(default_factory=GpisSettings)

@@ -1,0 +1,41 @@
+"""Settings that know which of their values are valid."""
+
+from dataclasses import fields
+from math import inf, isfinite
+from typing import Any, ClassVar, get_args, get_type_hints
+
+from sgnlp.errors import InputError, unknown
+
+Interval = tuple[float, float]
+POSITIVE: Interval = (5e-324, 1.8e308)
+"""From the smallest to the largest finite number."""
+NOT_NEGATIVE: Interval = (0.0, 1.8e308)
+
+
+class Checked:
+    """Settings that refuse values outside the intervals of `valid` (closed), NaN, and unknown names."""
+
+    section: ClassVar[str] = ""
+    valid: ClassVar[dict[str, Interval]] = {}
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` naming the first field whose value is not valid."""
+        hints = get_type_hints(type(self))
+        for f in fields(self):  # type: ignore[arg-type]
+            self._check(f.name, getattr(self, f.name), get_args(hints[f.name]))
+
+    def _check(self, name: str, value: Any, names: tuple[str, ...]) -> None:
+        flag = f"{self.section}.{name}".lstrip(".").replace("_", "-")
+        if names and value not in names:
+            raise unknown(f"value of --{flag}", value, names)
+        if isinstance(value, float | int) and not isfinite(value):
+            raise InputError(f"--{flag} must be a finite number, not {value}")
+        low, high = self.valid.get(name, (-inf, inf))
+        if name in self.valid and not low <= value <= high:
+            bounds = f"at least {low:g}" if high == POSITIVE[1] else f"between {low:g} and {high:g}"
+            raise InputError(f"--{flag} must be {'positive' if (low, high) == POSITIVE else bounds}, not {value:g}")
+
+    def _ordered(self, low: str, high: str) -> None:
+        if getattr(self, low) > getattr(self, high):
+            names = [f"--{self.section}.{name}".replace("_", "-") for name in (low, high)]
+            raise InputError(f"{names[0]} is above {names[1]}: {getattr(self, low):g} > {getattr(self, high):g}")
