@@ -119,7 +119,7 @@ def load_hand(name_or_folder: str | Path, spheres: str = "cover") -> Hand:
 def _library() -> Path:
     """The folder of the hand descriptions: in the installed package, else beside it in the source tree."""
     try:
-        return Path(str(importlib.resources.files("sgnlp.urdf").joinpath("")))
+        return Path(str(importlib.resources.files("sgnlp.urdf")))
     except ModuleNotFoundError:
         return Path(__file__).parents[1] / "urdf"
 

@@ -18,7 +18,7 @@ from sgnlp.hand import Array, Hand
 
 Backend = Literal["pinocchio.casadi", "model walk"]
 
-SERIES_TERMS = 17
+SERIES_TERMS = 16
 """Terms of the power series in θ². The remainder is under 1e-16 for |θ| ≤ 4 in the value and two derivatives."""
 
 

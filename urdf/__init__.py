@@ -1,0 +1,1 @@
+"""The hand descriptions: one folder each, holding `hand.yaml`."""
