@@ -6,19 +6,25 @@
 """
 
 from sgnlp.errors import InputError, SgnlpError
+from sgnlp.grasps import Grasps
 from sgnlp.hand import Hand, load_hand
 from sgnlp.observation import Observation, load, observe
 from sgnlp.plan import Plan, solve
+from sgnlp.results import load_grasps
 from sgnlp.settings import Settings, preset
+from sgnlp.summary import arrays
 
 __all__ = [
+    "Grasps",
     "Hand",
     "InputError",
     "Observation",
     "Plan",
     "Settings",
     "SgnlpError",
+    "arrays",
     "load",
+    "load_grasps",
     "load_hand",
     "observe",
     "preset",

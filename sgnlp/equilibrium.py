@@ -21,7 +21,7 @@ GRAVITY = 9.81
 LAGUERRE_STEPS = 8
 """λ is then as exact as double precision allows (R to 1e-9 at (s2 + s3')/s1 = 1e-2, to 2e-6 at 1e-3)."""
 TINY = 1e-12
-"""Guard of the normalisation by |B|: a profile this small [N m] has no equilibrium worth the name."""
+"""Guard of the divisions, by |B| [N m] and by numbers that are 0 where R is not differentiable: no NaN anywhere."""
 
 
 def adjugate(B: ca.SX) -> ca.SX:
@@ -61,11 +61,11 @@ def rotation(B: ca.SX, lam: ca.SX) -> tuple[ca.SX, ca.SX]:
     det, c = ca.dot(A[:, 0], adj[0, :].T), ca.sumsqr(adj)
     for _ in range(2):
         u = lam**2 - b
-        lam = lam - (u**2 - 8 * lam * det - 4 * c) / (4 * lam * u - 8 * det)
+        lam = lam - (u**2 - 8 * lam * det - 4 * c) / ca.fmax(4 * lam * u - 8 * det, TINY)
     kappa = (lam**2 - b) / 2
-    zeta = kappa * lam - det
+    zeta = ca.fmax(kappa * lam - det, TINY)
     R = ((kappa + b) * A + lam * adj.T - A @ A.T @ A) / zeta
-    return R, norm * zeta / lam**2
+    return R, norm * zeta / ca.fmax(lam**2, TINY)
 
 
 def _norm(B: ca.SX) -> ca.SX:

@@ -78,7 +78,7 @@ class Gpis:
     def normal(self, Z: Array) -> Array:
         """Outward unit normals ∇μ/|∇μ| (Q, 3)."""
         g = self.gradient(Z)
-        return g / np.linalg.norm(g, axis=1, keepdims=True)
+        return g / np.maximum(np.linalg.norm(g, axis=1, keepdims=True), MIN_SLOPE)
 
     def deviation(self, Z: Array) -> Array:
         """σ (Q,) [m]; rounding below zero is cut off, a query outside the ball has the prior deviation at most."""

@@ -70,14 +70,14 @@ class Smooth:
         return ca.sqrt(d**2 + self.distance**2)
 
     def hinge(self, d: ca.SX) -> ca.SX:
-        """w softplus(d/w) for max(0, d), in the form that cannot overflow."""
+        """w softplus(d/w) for max(0, d), in the form that cannot overflow and has its derivatives at 0 too."""
         z = d / self.collision
-        return self.collision * (ca.fmax(z, 0) + ca.log1p(ca.exp(-ca.fabs(z))))
+        top = ca.fmax(z, 0)
+        return self.collision * (top + ca.log(ca.exp(z - top) + ca.exp(-top)))
 
     def log(self, u: ca.SX) -> ca.SX:
         """log((u + √(u² + 4η²))/2): log u for u ≫ η, and for u < 0 it still falls towards the cone."""
-        root = ca.sqrt(u**2 + 4 * self.log_width**2)
-        return ca.log((u + root) / 2)
+        return ca.log(self.log_width) + ca.asinh(u / (2 * self.log_width))
 
     def least(self, bound: ca.SX, f: ca.SX) -> ca.SX:
         """min(bound, f) rounded over the width w."""

@@ -7,6 +7,7 @@ import numpy as np
 
 from sgnlp.energies import TERMS
 from sgnlp.environment import kinematics_backend, machine, versions
+from sgnlp.grasps import Grasps, stack
 from sgnlp.plan import Plan
 from sgnlp.solution import Solution
 
@@ -28,6 +29,11 @@ def meta(plan: Plan) -> dict[str, Any]:
         "machine": machine(),
         "seconds": plan.seconds | {"jobs": plan.jobs},
     }
+
+
+def arrays(plan: Plan) -> Grasps:
+    """The plan's grasps as arrays, best first, infeasible ones last."""
+    return stack(plan.problem.hand, plan.solutions, meta(plan))
 
 
 def summary(plan: Plan) -> dict[str, Any]:

@@ -14,12 +14,11 @@ from sgnlp import report, results
 from sgnlp.cli import codes
 from sgnlp.cli.progress import starts_bar
 from sgnlp.errors import InputError
-from sgnlp.grasps import stack
 from sgnlp.hand import load_hand
 from sgnlp.observation import ObservationSettings, load
 from sgnlp.plan import Plan, solve
 from sgnlp.settings import ROBUST, Settings
-from sgnlp.summary import meta, summary
+from sgnlp.summary import arrays, summary
 
 
 def positive(name: str, value: float) -> None:
@@ -92,7 +91,7 @@ class Solve:
                 timeout=self.timeout,
                 progress=advance,
             )
-        results.save(stack(hand, plan.solutions, meta(plan)), summary(plan), folder)
+        results.save(arrays(plan), summary(plan), folder)
         if self.json:
             sys.stdout.write(json.dumps(summary(plan), indent=2) + "\n")
         if show:
