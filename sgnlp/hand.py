@@ -9,7 +9,6 @@ import importlib.metadata
 import importlib.resources
 import sys
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,11 +16,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import yaml
-from numpy.typing import NDArray
 
 from sgnlp.errors import InputError, unknown
-
-Array = NDArray[np.float64]
+from sgnlp.nodes import Array, any_mapping, check_order, frozen, mapping, numbers, positive, sequence
 
 HAND_FILE = "hand.yaml"
 MIN_FINGERS = 3  # fewer frictional point contacts cannot hold a rigid body against every wrench
@@ -126,23 +123,23 @@ def _library() -> Path:
 
 def _build(file: Path, text: Any, preset: str) -> Hand:
     required = ("name", "urdf", "root", "effort", "fingers", "reference", "gains", "wrist", "spheres")
-    data = _fields(text, "the file", required)
+    data = mapping(text, "the file", required)
     urdf = _urdf(data["urdf"], file.parent)
     model = _model(urdf, data["root"])
     names = tuple(model.names)[1:]
-    fingers = tuple(_finger(node, model) for node in _sequence(data["fingers"], "fingers"))
+    fingers = tuple(_finger(node, model) for node in sequence(data["fingers"], "fingers"))
     if len({finger.name for finger in fingers}) < max(MIN_FINGERS, len(fingers)):
         raise InputError(f"{len(fingers)} fingers given; at least {MIN_FINGERS} of different names are needed")
     spheres, tips, pairs = _spheres(data["spheres"], preset, model, fingers)
-    lower, upper = _frozen(model.lowerPositionLimit), _frozen(model.upperPositionLimit)
-    gains = _fields(data["gains"], "gains", ("lower", "upper", "initial"))
+    lower, upper = frozen(model.lowerPositionLimit), frozen(model.upperPositionLimit)
+    gains = mapping(data["gains"], "gains", ("lower", "upper", "initial"))
     gain_lower, gain_upper, gain_initial = (
-        _array(gains[key], (len(fingers),), f"gains {key}") for key in ("lower", "upper", "initial")
+        numbers(gains[key], (len(fingers),), f"gains {key}") for key in ("lower", "upper", "initial")
     )
-    _ordered(gain_lower, gain_initial, gain_upper, [finger.name for finger in fingers], "gain")
-    angles = _fields(data["reference"], "reference", names)
-    reference = _array([angles[name] for name in names], (len(names),), "reference")
-    _ordered(lower, reference, upper, names, "reference angle")
+    check_order(gain_lower, gain_initial, gain_upper, [finger.name for finger in fingers], "gain")
+    angles = mapping(data["reference"], "reference", names)
+    reference = numbers([angles[name] for name in names], (len(names),), "reference")
+    check_order(lower, reference, upper, names, "reference angle")
     return Hand(
         name=str(data["name"]),
         urdf=urdf,
@@ -151,8 +148,8 @@ def _build(file: Path, text: Any, preset: str) -> Hand:
         joint_names=names,
         lower=lower,
         upper=upper,
-        effort=_array(data["effort"], (len(names),), "effort"),
-        velocity=_frozen(model.velocityLimit),
+        effort=numbers(data["effort"], (len(names),), "effort"),
+        velocity=frozen(model.velocityLimit),
         reference=reference,
         fingers=fingers,
         spheres=spheres,
@@ -170,7 +167,7 @@ def _urdf(source: Any, folder: Path) -> Path:
     if isinstance(source, str):
         path: Path | None = folder / source
     else:
-        source = _fields(source, "urdf", ("package", "path"))
+        source = mapping(source, "urdf", ("package", "path"))
         path = _packaged(source["package"], source["path"])
     if path is None or not path.is_file():
         raise InputError(f"the URDF {source} is not there; is its package installed?")
@@ -211,25 +208,25 @@ def _model(urdf: Path, root: str) -> pin.Model:
 
 
 def _finger(node: Any, model: pin.Model) -> Finger:
-    data = _fields(node, "a finger", ("name", "tip", "offset", "radius"))
+    data = mapping(node, "a finger", ("name", "tip", "offset", "radius"))
     name = str(data["name"])
     frame = model.frames[_link(data["tip"], model, f"tip of finger '{name}'")]
     chain = tuple(joint - 1 for joint in model.supports[frame.parentJoint] if joint > 0)
     if not chain:
         raise InputError(f"finger '{name}': no movable joint between the root and '{frame.name}'")
-    offset = _array(data["offset"], (3,), f"offset of finger '{name}'")
-    return Finger(name, frame.name, offset, _positive(data["radius"], f"radius of finger '{name}'"), chain)
+    offset = numbers(data["offset"], (3,), f"offset of finger '{name}'")
+    return Finger(name, frame.name, offset, positive(data["radius"], f"radius of finger '{name}'"), chain)
 
 
 def _spheres(
     node: Any, preset: str, model: pin.Model, fingers: tuple[Finger, ...]
 ) -> tuple[tuple[Sphere, ...], tuple[int, ...], tuple[tuple[int, int], ...]]:
     """The spheres of one preset, the index of each finger's pad among them, and the self-collision pairs."""
-    presets = _mapping(node, "spheres")
+    presets = any_mapping(node, "spheres")
     if preset not in presets:
         raise unknown("preset of spheres", preset, presets)
-    data = _fields(presets[preset], f"spheres {preset}", ("spheres", "pads", "pairs"))
-    spheres = tuple(_sphere(name, value, model) for name, value in _mapping(data["spheres"], "spheres").items())
+    data = mapping(presets[preset], f"spheres {preset}", ("spheres", "pads", "pairs"))
+    spheres = tuple(_sphere(name, value, model) for name, value in any_mapping(data["spheres"], "spheres").items())
     index = {sphere.name: i for i, sphere in enumerate(spheres)}
 
     def find(name: Any, kind: str) -> int:
@@ -237,39 +234,39 @@ def _spheres(
             raise unknown(kind, str(name), index)
         return index[name]
 
-    pads = _fields(data["pads"], "pads", [finger.name for finger in fingers])
+    pads = mapping(data["pads"], "pads", [finger.name for finger in fingers])
     tips = tuple(find(pads[finger.name], f"sphere of the pad of finger '{finger.name}'") for finger in fingers)
     pairs = []
-    for pair in _sequence(data["pairs"], "pairs"):
-        if len(_sequence(pair, "a pair")) != 2 or pair[0] == pair[1]:
+    for pair in sequence(data["pairs"], "pairs"):
+        if len(sequence(pair, "a pair")) != 2 or pair[0] == pair[1]:
             raise InputError(f"a pair must be two different spheres, not {pair}")
         pairs.append((find(pair[0], "sphere in a pair"), find(pair[1], "sphere in a pair")))
     return spheres, tips, tuple(pairs)
 
 
 def _sphere(name: str, node: Any, model: pin.Model) -> Sphere:
-    data = _fields(node, f"sphere '{name}'", ("link", "centre", "radius"))
+    data = mapping(node, f"sphere '{name}'", ("link", "centre", "radius"))
     link = model.frames[_link(data["link"], model, f"link of sphere '{name}'")].name
-    centre = _array(data["centre"], (3,), f"centre of sphere '{name}'")
-    return Sphere(name, link, centre, _positive(data["radius"], f"radius of sphere '{name}'"))
+    centre = numbers(data["centre"], (3,), f"centre of sphere '{name}'")
+    return Sphere(name, link, centre, positive(data["radius"], f"radius of sphere '{name}'"))
 
 
 def _wrist_starts(node: Any) -> tuple[WristStart, ...]:
     """Wrist starts from `position` [m] and intrinsic XYZ `euler_deg`, followed by the fixed turn `root_euler_deg`."""
-    data = _fields(node, "wrist", ("root_euler_deg", "starts"))
+    data = mapping(node, "wrist", ("root_euler_deg", "starts"))
     turn = _rotation(data["root_euler_deg"], "root_euler_deg")
     starts = []
-    for i, entry in enumerate(_sequence(data["starts"], "wrist starts"), 1):
-        start = _fields(entry, f"wrist start {i}", ("position", "euler_deg"))
+    for i, entry in enumerate(sequence(data["starts"], "wrist starts"), 1):
+        start = mapping(entry, f"wrist start {i}", ("position", "euler_deg"))
         rotation = _rotation(start["euler_deg"], f"euler_deg of wrist start {i}") @ turn
-        quaternion = _frozen(pin.Quaternion(rotation).normalized().coeffs())
-        starts.append(WristStart(_array(start["position"], (3,), f"position of wrist start {i}"), quaternion))
+        quaternion = frozen(pin.Quaternion(rotation).normalized().coeffs())
+        starts.append(WristStart(numbers(start["position"], (3,), f"position of wrist start {i}"), quaternion))
     return tuple(starts)
 
 
 def _rotation(euler_deg: Any, where: str) -> Array:
     """The rotation Rx(a) Ry(b) Rz(c) of intrinsic XYZ angles (3,) [deg]."""
-    angles = np.radians(_array(euler_deg, (3,), where))
+    angles = np.radians(numbers(euler_deg, (3,), where))
     rx, ry, rz = (pin.utils.rotate(axis, angle) for axis, angle in zip("xyz", angles, strict=True))
     return rx @ ry @ rz
 
@@ -279,56 +276,3 @@ def _link(name: Any, model: pin.Model, kind: str) -> int:
     if not model.existFrame(str(name), pin.FrameType.BODY):
         raise unknown(kind, str(name), [frame.name for frame in model.frames if frame.type == pin.FrameType.BODY])
     return model.getFrameId(str(name), pin.FrameType.BODY)
-
-
-def _fields(node: Any, where: str, keys: Collection[str]) -> dict[str, Any]:
-    """The mapping `node`, holding exactly those keys."""
-    data = _mapping(node, where)
-    for key in data:
-        if key not in keys:
-            raise unknown(f"key in {where}", key, keys)
-    for key in keys:
-        if key not in data:
-            raise InputError(f"{where}: the key '{key}' is missing")
-    return data
-
-
-def _mapping(node: Any, where: str) -> dict[str, Any]:
-    if not isinstance(node, Mapping):
-        raise InputError(f"{where} must be a mapping of names to values")
-    return {str(key): value for key, value in node.items()}
-
-
-def _sequence(node: Any, where: str) -> list[Any]:
-    if not isinstance(node, list):
-        raise InputError(f"{where} must be a list")
-    return node
-
-
-def _array(value: Any, shape: tuple[int, ...], where: str) -> Array:
-    """`value` as a read-only array of finite numbers; a scalar fills the shape."""
-    try:
-        return _frozen(np.broadcast_to(np.asarray(value, float), shape))
-    except (TypeError, ValueError):
-        raise InputError(f"{where} must be {shape[0]} finite numbers, not {value}") from None
-
-
-def _positive(value: Any, where: str) -> float:
-    number = float(_array(value, (1,), where)[0])
-    if number <= 0:
-        raise InputError(f"{where} must be positive, not {number:g}")
-    return number
-
-
-def _frozen(values: Iterable[float]) -> Array:
-    array = np.array(values, float)
-    if not np.isfinite(array).all():
-        raise ValueError("not finite")
-    array.flags.writeable = False
-    return array
-
-
-def _ordered(lower: Array, middle: Array, upper: Array, names: Collection[str], kind: str) -> None:
-    for name, low, value, high in zip(names, lower, middle, upper, strict=True):
-        if not low <= value <= high:
-            raise InputError(f"{kind} {value:g} of '{name}' is outside [{low:g}, {high:g}]")

@@ -1,0 +1,69 @@
+"""Nodes of a YAML tree read as mappings, lists and arrays, with one-line errors that name the place."""
+
+from collections.abc import Collection, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.errors import InputError, unknown
+
+Array = NDArray[np.float64]
+
+
+def mapping(node: Any, where: str, keys: Collection[str]) -> dict[str, Any]:
+    """The mapping `node`, holding exactly those keys."""
+    data = any_mapping(node, where)
+    for key in data:
+        if key not in keys:
+            raise unknown(f"key in {where}", key, keys)
+    for key in keys:
+        if key not in data:
+            raise InputError(f"{where}: the key '{key}' is missing")
+    return data
+
+
+def any_mapping(node: Any, where: str) -> dict[str, Any]:
+    """The mapping `node`, whatever its keys."""
+    if not isinstance(node, Mapping):
+        raise InputError(f"{where} must be a mapping of names to values")
+    return {str(key): value for key, value in node.items()}
+
+
+def sequence(node: Any, where: str) -> list[Any]:
+    """`node` as a list."""
+    if not isinstance(node, list):
+        raise InputError(f"{where} must be a list")
+    return node
+
+
+def numbers(value: Any, shape: tuple[int, ...], where: str) -> Array:
+    """`value` as a read-only array of finite numbers; a scalar fills the shape."""
+    try:
+        return frozen(np.broadcast_to(np.asarray(value, float), shape))
+    except (TypeError, ValueError):
+        raise InputError(f"{where} must be {shape[0]} finite numbers, not {value}") from None
+
+
+def positive(value: Any, where: str) -> float:
+    """`value` as a positive number."""
+    number = float(numbers(value, (1,), where)[0])
+    if number <= 0:
+        raise InputError(f"{where} must be positive, not {number:g}")
+    return number
+
+
+def frozen(values: Iterable[float]) -> Array:
+    """A read-only copy; raises `ValueError` unless every number is finite."""
+    array = np.array(values, float)
+    if not np.isfinite(array).all():
+        raise ValueError("not finite")
+    array.flags.writeable = False
+    return array
+
+
+def check_order(lower: Array, middle: Array, upper: Array, names: Collection[str], kind: str) -> None:
+    """Raise `InputError` for the first name whose middle value is not between the lower and the upper one."""
+    for name, low, value, high in zip(names, lower, middle, upper, strict=True):
+        if not low <= value <= high:
+            raise InputError(f"{kind} {value:g} of '{name}' is outside [{low:g}, {high:g}]")
