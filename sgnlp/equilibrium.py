@@ -96,10 +96,11 @@ def translation(R: ca.SX, P: ca.SX, O: ca.SX, k: ca.SX, mass: ca.SX) -> ca.SX:
 
 
 def printed_profile(P: ca.SX, O: ca.SX, k: ca.SX) -> ca.SX:
-    """Profile of the paper's Algorithm 1 as printed: plain centroids and squared gains.
+    """Profile B (3, 3) [N m] of the paper's Algorithm 1 as printed: plain centroids and squared gains.
 
-    For comparison only. It is the minimiser of the energy above only when all gains are equal.
+    For comparison only: its rotation minimises the energy above only when all gains are equal. It is multiplied by
+    m/Σk, which no rotation notices, so that it then equals `profile`.
     """
-    m, w = P.shape[0], ca.repmat(k / ca.sum1(k), 1, 3)
+    m, w = P.shape[0], ca.repmat(k, 1, 3)
     p, o = ca.sum1(P) / m, ca.sum1(O) / m
-    return (w * (O - ca.repmat(o, m, 1))).T @ (w * (P - ca.repmat(p, m, 1)))
+    return (w * (O - ca.repmat(o, m, 1))).T @ (w * (P - ca.repmat(p, m, 1))) * m / ca.sum1(k)

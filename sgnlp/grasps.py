@@ -65,18 +65,28 @@ PER_HAND = ("joint_names", "finger_names", "term_names")
 
 
 def stack(hand: Hand, solutions: Sequence[Solution], meta: dict[str, Any]) -> Grasps:
-    """The arrays of solutions, in their order. Empty solutions give arrays of length 0."""
-    arrays: dict[str, Any] = {name: [] for name in (f.name for f in fields(Grasps)) if name not in (*PER_HAND, "meta")}
-    for solution in solutions:
-        for name, value in _row(solution).items():
-            arrays[name].append(value)
+    """The arrays of solutions, in their order; of no solutions, the same arrays with G = 0."""
+    rows = [_row(solution) for solution in solutions]
+    arrays = {name: np.array([row[name] for row in rows]) for name in rows[0]} if rows else _no_rows(hand)
     return Grasps(
-        **{name: np.array(values) for name, values in arrays.items()},
+        **arrays,
         joint_names=np.array(hand.joint_names),
         finger_names=np.array([finger.name for finger in hand.fingers]),
         term_names=np.array([term.name for term in TERMS]),
         meta=meta,
     )
+
+
+def _no_rows(hand: Hand) -> dict[str, Any]:
+    n, m, S = len(hand.joint_names), len(hand.fingers), len(hand.spheres)
+    points = ("tips_pregrasp", "contacts", "contact_points", "targets", "normals", "contacts_eq")
+    numbers = ("gains", "margins_initial", "margins_equilibrium", "contact_distance", "contact_deviation", "pad_height")
+    shapes = dict.fromkeys((*points, "forces_initial", "forces_eq"), (m, 3)) | dict.fromkeys(numbers, (m,))
+    shapes |= {"wrist": (7,), "joints": (n,), "rotation_eq": (3, 3), "translation_eq": (3,), "kkt": (3,)}
+    shapes |= {"object_clearance": (S,), "table_clearance": (S - m,), "energy_terms": (len(TERMS),)}
+    kinds = {"feasible": bool, "violated": str, "status": str, "iterations": np.int64, "start": np.int64}
+    names = [f.name for f in fields(Grasps) if f.name not in (*PER_HAND, "meta")]
+    return {name: np.zeros((0, *shapes.get(name, ())), kinds.get(name, float)) for name in names}
 
 
 def _row(s: Solution) -> dict[str, Any]:

@@ -48,7 +48,7 @@ def residuals(
     low, high = (np.concatenate(pair) for pair in zip(x_bounds, g_bounds, strict=True))
     lam = np.concatenate([lam_x, lam_g])
     slack = np.where(lam > 0, high - values, values - low)
-    complementarity = np.where(np.isfinite(slack), np.abs(lam * slack), np.abs(lam))
+    complementarity = np.abs(lam * np.where(np.isfinite(slack), slack, 1.0))
     scale = max(SCALE_LIMIT, float(np.abs(lam).mean())) / SCALE_LIMIT
     return Kkt(
         dual=float(np.abs(stationarity).max()) / scale,

@@ -25,7 +25,7 @@ def equilibrium(p: Array, o: Array, k: Array, mass: float, com: Array) -> tuple[
     sign = np.sign(np.linalg.det(U) * np.linalg.det(Vt))
     R = U @ np.diag([1.0, 1.0, sign]) @ Vt
     s1, s2, s3 = s * [1.0, 1.0, sign]
-    rho = (s1 + s2) * (s2 + s3) * (s1 + s3) / max(s1 + s2 + s3, np.finfo(float).tiny) ** 2
+    rho = (s1 + s2) * (s2 + s3) * (s1 + s3) / max((s1 + s2 + s3) ** 2, np.finfo(float).tiny)
     return R, o_mean - R @ p_mean - load / k.sum(), float(rho)
 
 

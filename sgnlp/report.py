@@ -26,7 +26,7 @@ def starts_table(plan: Plan) -> Table:
     """One row a start, best first; failures last."""
     table = _table(
         "Starts, best first",
-        *("start", "feasible", "margin", "ρ [N m]", "energy", "KKT", "iterations", "time [s]", "what fails"),
+        *("start", "feasible", "margin", "ρ [N m]", "energy", "KKT", "iterations", "time [s]", "fails"),
     )
     for s in plan.solutions:
         table.add_row(
@@ -47,7 +47,7 @@ def starts_table(plan: Plan) -> Table:
 
 def fingers_table(plan: Plan, s: Solution) -> Table:
     """One row a finger of a grasp."""
-    columns = ("gain [N/m]", "force [N]", "margin t0", "margin eq", "contact [mm]", "±σ [mm]", "target [m]")
+    columns = ("gain [N/m]", "force [N]", "margin t0, eq", "gap [mm]", "±σ [mm]", "target [mm]")
     table = _table(f"Start {s.start}, by finger", "finger", *columns)
     g = s.grasp
     for i, finger in enumerate(plan.problem.hand.fingers):
@@ -55,11 +55,10 @@ def fingers_table(plan: Plan, s: Solution) -> Table:
             finger.name,
             f"{g.gains[i]:.0f}",
             f"{np.linalg.norm(g.forces_eq[i]):.2f}",
-            f"{s.margins_initial[i]:.3f}",
-            f"{s.margins_equilibrium[i]:.3f}",
+            f"{s.margins_initial[i]:.3f} {s.margins_equilibrium[i]:.3f}",
             f"{1e3 * g.gaps[i]:.2f}",
             f"{1e3 * g.contact_deviations[i]:.1f}",
-            " ".join(f"{c:+.3f}" for c in g.targets[i]),
+            " ".join(f"{1e3 * c:+.0f}" for c in g.targets[i]),
         )
     return table
 

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import math
 import os
 import tempfile
 import zipfile
@@ -21,10 +22,10 @@ SUMMARY = "summary.json"
 
 
 def writable(folder: Path) -> None:
-    """Make a folder for results, raising `InputError` if nothing can be written there."""
+    """Raise `InputError` unless results can be written to a folder, which need not exist. Leaves nothing behind."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
+        existing = next(path for path in (folder, *folder.parents) if path.exists())
+        with tempfile.TemporaryFile(dir=existing):
             pass
     except OSError as error:
         raise InputError(f"the output folder '{folder}' cannot be written: {error.strerror}") from None
@@ -36,11 +37,10 @@ def save(grasps: Grasps, summary: dict[str, Any], folder: Path) -> None:
     Raises:
         InputError: the folder cannot be written.
     """
-    writable(folder)
     arrays = {f.name: getattr(grasps, f.name) for f in fields(Grasps) if f.name != "meta"}
     arrays["meta"] = np.array(json.dumps(grasps.meta, sort_keys=True))
     _replace(folder / GRASPS, lambda file: np.savez_compressed(file, **arrays))
-    write_text(folder / SUMMARY, json.dumps(summary, indent=2) + "\n")
+    write_text(folder / SUMMARY, json_text(summary))
 
 
 def load_grasps(path: str | Path) -> Grasps:
@@ -53,15 +53,21 @@ def load_grasps(path: str | Path) -> Grasps:
     file = file / GRASPS if file.is_dir() else file
     if not file.is_file():
         raise InputError(f"no result at '{path}': it should be a folder with {GRASPS}")
+    if not zipfile.is_zipfile(file):
+        raise InputError(f"'{file}' is not a result of sgnlp: it is not an npz, or a truncated one")
     try:
         with np.load(file, allow_pickle=False) as data:
             arrays = {f.name: data[f.name] for f in fields(Grasps)}
+        return Grasps(**arrays | {"meta": json.loads(str(arrays["meta"]))})
     except KeyError as error:
         raise InputError(f"'{file}' is not a result of sgnlp: {error.args[0]}") from None
-    except (ValueError, OSError, EOFError, zipfile.BadZipFile) as error:
+    except Exception as error:  # a damaged array can raise almost anything
         raise InputError(f"'{file}' cannot be read: {error}") from None
-    meta = json.loads(str(arrays.pop("meta")))
-    return Grasps(**arrays, meta=meta)
+
+
+def json_text(value: Any) -> str:
+    """Indented JSON. It has no NaN and no infinities: they become null."""
+    return json.dumps(_finite(value), indent=2, allow_nan=False) + "\n"
 
 
 def write_text(file: Path, text: str) -> None:
@@ -88,18 +94,30 @@ def read_rows(file: Path, row: type[Any]) -> list[Any]:
     try:
         with open(file, newline="") as handle:
             return [row(**{name: kinds[name](text) for name, text in line.items()}) for line in csv.DictReader(handle)]
-    except (KeyError, ValueError, TypeError) as error:
+    except (KeyError, ValueError, TypeError, csv.Error) as error:
         raise InputError(f"'{file}' does not hold rows of this study: {error}; delete it to begin anew") from None
 
 
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
 def _replace(target: Path, write: Any) -> None:
-    """Write a temporary file beside the target and move it into place."""
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    """Write a temporary file beside the target, whose folder is made, and move it into place."""
     try:
-        with os.fdopen(handle, "wb") as file:
-            write(file)
-        os.chmod(name, 0o644)
-        os.replace(name, target)
-    except BaseException:
-        os.unlink(name)
-        raise
+        target.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                write(file)
+            os.chmod(name, 0o644)
+            os.replace(name, target)
+        except BaseException:
+            os.unlink(name)
+            raise
+    except OSError as error:
+        raise InputError(f"'{target}' cannot be written: {error.strerror}") from None

@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import tyro
 from rich.console import Console
+from rich.text import Text
 
 from sgnlp import __version__
 from sgnlp.cli import codes
@@ -42,22 +43,27 @@ def main(arguments: list[str] | None = None) -> None:
 
 def run(arguments: list[str]) -> int:
     """Run one command and return its exit code."""
-    console, errors = Console(), Console(stderr=True)
+    console, errors = _console(), _console(stderr=True)
     if arguments == ["--version"]:
-        console.print(__version__, highlight=False)
+        console.print(__version__)
         return 0
     try:
         name = _preset(arguments)
         command = tyro.cli(_commands(preset(name), name), args=arguments, prog="sgnlp", description=_about())
         return int(command.run(console))
     except SgnlpError as error:
-        errors.print(f"[red]error:[/red] {error}", highlight=False, soft_wrap=True)
+        errors.print(Text.assemble(("error:", "red"), f" {error}"), soft_wrap=True)
         return codes.BAD_INPUT
     except KeyboardInterrupt:
-        errors.print("interrupted: nothing was written", highlight=False)
+        errors.print("interrupted")
         return codes.INTERRUPTED
     except SystemExit as exit_:
         return codes.USAGE if exit_.code not in (0, None) else 0
+
+
+def _console(stderr: bool = False) -> Console:
+    """A console that takes brackets for what they are: those of units, arrays and file names."""
+    return Console(stderr=stderr, markup=False, emoji=False, highlight=False)
 
 
 def _about() -> str:

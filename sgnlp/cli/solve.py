@@ -1,6 +1,5 @@
 """`sgnlp solve`: from a point cloud to a folder of grasps."""
 
-import json
 import os
 import sys
 from dataclasses import dataclass, field
@@ -11,20 +10,13 @@ import tyro
 from rich.console import Console
 
 from sgnlp import report, results
-from sgnlp.cli import codes
+from sgnlp.cli import codes, flags
 from sgnlp.cli.progress import starts_bar
-from sgnlp.errors import InputError
 from sgnlp.hand import load_hand
 from sgnlp.observation import ObservationSettings, load
 from sgnlp.plan import Plan, solve
 from sgnlp.settings import ROBUST, Settings
 from sgnlp.summary import arrays, summary
-
-
-def positive(name: str, value: float) -> None:
-    """Raise `InputError` unless the flag's value is positive."""
-    if not value > 0:
-        raise InputError(f"--{name} must be positive, not {value}")
 
 
 @dataclass
@@ -64,8 +56,7 @@ class Solve:
 
     def run(self, console: Console) -> int:
         """Load, plan, save, show."""
-        for name in ("starts", "jobs", "timeout", "scale"):
-            positive(name, getattr(self, name))
+        flags.check(self.starts, self.seed, self.jobs, self.timeout, self.scale)
         observation = load(
             self.file,
             views=list(self.views) or None,
@@ -77,9 +68,6 @@ class Solve:
         folder = self.out or Path("results") / observation.name
         results.writable(folder)
         show = not (self.json or self.quiet)
-        if show:
-            for note in observation.notes:
-                console.print(f"[dim]{note}[/dim]", highlight=False)
         with starts_bar(console, self.starts, show) as advance:
             plan = solve(
                 observation,
@@ -93,15 +81,17 @@ class Solve:
             )
         results.save(arrays(plan), summary(plan), folder)
         if self.json:
-            sys.stdout.write(json.dumps(summary(plan), indent=2) + "\n")
+            sys.stdout.write(results.json_text(summary(plan)))
         if show:
             _show(console, plan, folder)
         return codes.FEASIBLE if plan.best else codes.NONE_FEASIBLE
 
 
 def _show(console: Console, plan: Plan, folder: Path) -> None:
+    for note in plan.observation.notes:
+        console.print(note, style="dim")
     for table in report.tables(plan):
         console.print(table)
         console.print()
-    console.print(report.headline(plan), highlight=False)
-    console.print(f"written: {folder / results.GRASPS}, {folder / results.SUMMARY}", highlight=False)
+    console.print(report.headline(plan))
+    console.print(f"written: {folder / results.GRASPS}, {folder / results.SUMMARY}", soft_wrap=True)

@@ -1,6 +1,5 @@
 """`sgnlp study`: experiments over many objects, resumable, with command, versions and machine beside the rows."""
 
-import json
 import os
 import shlex
 import sys
@@ -12,6 +11,7 @@ import tyro
 from rich.console import Console
 
 from sgnlp import environment, report, results
+from sgnlp.cli import flags
 from sgnlp.cli.progress import starts_bar
 from sgnlp.convergence import Row, case, table, view_sets
 from sgnlp.hand import Hand, load_hand
@@ -46,26 +46,27 @@ class Study:
 
     def run(self, console: Console) -> int:
         """Every case that has no rows yet, then the table over all."""
+        flags.check(self.starts, self.seed, self.jobs, self.timeout)
         folder = self.out or Path("results") / self.name
         results.writable(folder)
         rows_file, hand = folder / "rows.csv", load_hand(self.hand, self.settings.spheres)
+        wholes = [load(file) for file in self.files]  # so that a bad one is told before the hours of work
         rows = results.read_rows(rows_file, Row)
         done = {(row.object, row.view_names) for row in rows}
-        for file in self.files:
-            whole = load(file)
+        for file, whole in zip(self.files, wholes, strict=True):
             for views in view_sets(whole.view_names):
                 if (whole.name, " ".join(views)) not in done:
                     rows += self._case(console, file, views, hand)
                     results.write_rows(rows_file, rows)
         lines = table(rows)
         results.write_text(folder / "table.md", report.markdown(lines))
-        results.write_text(folder / "made.json", json.dumps(self._made(), indent=2) + "\n")
+        results.write_text(folder / "made.json", results.json_text(self._made()))
         console.print(report.rows_table(f"{self.name}, preset {self.preset}", lines))
-        console.print(f"written: {folder}", highlight=False)
+        console.print(f"written: {folder}", soft_wrap=True)
         return 0
 
     def _case(self, console: Console, file: Path, views: list[str], hand: Hand) -> list[Row]:
-        with starts_bar(console, self.starts, console.is_terminal) as advance:
+        with starts_bar(console, self.starts, show=True) as advance:
             return case(
                 load(file, views=views),
                 hand,
