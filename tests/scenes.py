@@ -1,0 +1,116 @@
+"""Small seeded scenes shared by the tests: bodies on a table, a posed problem, random points near its starts."""
+
+from dataclasses import replace
+from functools import lru_cache, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.gpis import Gpis, fit
+from sgnlp.grasp import Grasp
+from sgnlp.hand import Hand, load_hand
+from sgnlp.kinematics import integrate
+from sgnlp.nlp import Nlp, build, variable_units
+from sgnlp.observation import Observation, observe
+from sgnlp.oracle import Oracle, join
+from sgnlp.parameters import ParameterVector
+from sgnlp.problem import Problem, pose
+from sgnlp.recompute import recompute
+from sgnlp.settings import ROBUST, GpisSettings, Settings
+from sgnlp.starts import Start, initial, starts
+from sgnlp.training import training_set
+
+Array = NDArray[np.float64]
+
+SEMI_AXES = np.array([0.035, 0.05, 0.04])  # [m]
+SMALL = replace(ROBUST, gpis=GpisSettings(surface_points=60, interior_points=15))
+"""The robust settings with a surface of fewer points."""
+
+
+def sphere_points(count: int, seed: int) -> Array:
+    """Points (count, 3) spread evenly at random over the unit sphere."""
+    directions = np.random.default_rng(seed).normal(size=(count, 3))
+    return directions / np.linalg.norm(directions, axis=1, keepdims=True)
+
+
+def ellipsoid(count: int = 1500, seed: int = 0) -> Array:
+    """Points (n, 3) [m] of an ellipsoid on the table z = 0, without its underside."""
+    points = sphere_points(count, seed) * SEMI_AXES + [0.0, 0.0, SEMI_AXES[2]]
+    return points[points[:, 2] > 0.005]
+
+
+@lru_cache
+def observation() -> Observation:
+    """The ellipsoid seen from all sides but below."""
+    return observe(ellipsoid(), table_height=0.0, name="ellipsoid")
+
+
+@lru_cache
+def surface(kernel: str = "thin_plate", count: int = 60) -> Gpis:
+    """The ellipsoid's implicit surface."""
+    settings = GpisSettings(kernel=kernel, surface_points=count, interior_points=count // 4)
+    return fit(training_set(observation(), settings, 0), kernel)
+
+
+def hand(spheres: str = "cover") -> Hand:
+    """The left Allegro hand, loaded once so that what is built for it is built once."""
+    return _loaded(spheres)
+
+
+_loaded = lru_cache(partial(load_hand, "allegro_left"))
+
+
+@lru_cache
+def posed(settings: Settings) -> Problem:
+    """The problem of grasping the ellipsoid."""
+    return pose(observation(), hand(settings.spheres), settings)
+
+
+@lru_cache
+def oracle(settings: Settings, formulation: str) -> Oracle:
+    """The functions of `posed(settings)` in a formulation."""
+    problem = posed(settings)
+    return join(build(problem.hand, problem.structure(formulation)), problem.gpis)
+
+
+def random_point(problem: Problem, nlp: Nlp, seed: int, spread: float = 0.05) -> tuple[Start, Array]:
+    """A start and scaled variables near it, inside their bounds."""
+    rng = np.random.default_rng(seed)
+    start = starts(problem, len(problem.hand.wrist_starts), 0)[rng.integers(len(problem.hand.wrist_starts))]
+    x = initial(nlp, start) + spread * rng.normal(size=len(nlp.units))
+    low, high = problem.variable_bounds(nlp, start.joints)
+    return start, np.clip(x, low + spread / 10, high - spread / 10)
+
+
+def random_rotation(rng: np.random.Generator) -> Array:
+    """A rotation matrix (3, 3), uniform over all of them."""
+    q = rng.normal(size=4)
+    x, y, z, w = q / np.linalg.norm(q)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def exact_grasp(problem: Problem, start: Start, x: Array) -> Grasp:
+    """The grasp that scaled variables x stand for, recomputed in NumPy."""
+    n, m = len(problem.hand.joint_names), len(problem.hand.fingers)
+    x = x * variable_units(problem.hand)
+    wrist, joints = integrate(problem.hand, start.wrist, start.joints, x[: 6 + n])
+    return recompute(problem, wrist, joints, x[6 + n : 6 + n + 3 * m].reshape(m, 3), x[6 + n + 3 * m :])[0]
+
+
+def random_grasp(settings: Settings, seed: int) -> Grasp:
+    """The NumPy grasp at a random point near a start."""
+    problem = posed(settings)
+    return exact_grasp(problem, *random_point(problem, oracle(settings, "penalty").nlp, seed))
+
+
+def block(parameters: ParameterVector, name: str) -> slice:
+    """Where a named block lies in the parameter vector."""
+    names, sizes = list(parameters.sizes), list(parameters.sizes.values())
+    low = sum(sizes[: names.index(name)])
+    return slice(low, low + parameters.sizes[name])

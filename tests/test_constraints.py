@@ -1,0 +1,144 @@
+"""Every constraint: its rows by an independent formula, and the side of its bound on which a bad grasp falls."""
+
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+import pytest
+from scenes import SMALL, oracle, posed, random_grasp
+
+from sgnlp.constraints import CONSTRAINTS, active
+from sgnlp.equilibrium import GRAVITY
+from sgnlp.grasp import Grasp
+from sgnlp.ops import Exact
+from sgnlp.settings import PAPER, ROBUST, Limits
+
+HEAVY = replace(SMALL, contact=replace(SMALL.contact, mass=0.2))
+NAMES = [c.name for c in CONSTRAINTS]
+
+
+def rows(name: str, g: Grasp) -> np.ndarray:
+    """The unscaled rows of a constraint."""
+    return np.atleast_1d(CONSTRAINTS[NAMES.index(name)].value(g, Exact()))
+
+
+def violated(name: str, g: Grasp, settings=HEAVY) -> bool:
+    low, high = CONSTRAINTS[NAMES.index(name)].bounds(settings)
+    return bool((rows(name, g) < low).any() or (rows(name, g) > high).any())
+
+
+def margin(forces, normals, friction):
+    cosines = [-f @ n / np.linalg.norm(f) for f, n in zip(forces, normals, strict=True)]
+    return np.array(cosines) - np.cos(np.arctan(friction))
+
+
+FORMULAS = {
+    "stiffness": lambda g: g.stiffness,
+    "rotation": lambda g: np.trace(g.rotation),
+    "workspace": lambda g: g.ball_clearances,
+    "contact": lambda g: g.gaps,
+    "margin_initial": lambda g: margin(g.forces, g.normals, g.friction),
+    "margin_equilibrium": lambda g: margin(g.forces_eq, g.normals @ g.rotation.T, g.friction),
+    "force": lambda g: np.sqrt((g.forces_eq**2).sum(axis=1)),
+    "shift": lambda g: np.linalg.norm(g.contacts_eq - g.contacts, axis=1),
+    "object": lambda g: g.object_clearances,
+    "table": lambda g: g.table_clearances,
+    "pads_table": lambda g: g.pad_heights,
+    "self": lambda g: g.pair_clearances,
+    "contact_table": lambda g: g.contact_heights,
+    "equilibrium_table": lambda g: g.contact_heights_eq,
+    "sag": lambda g: g.gains.sum(),
+}
+
+
+@pytest.fixture
+def g() -> Grasp:
+    return random_grasp(HEAVY, 0)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_rows_of_a_constraint_are_those_of_its_equation(g, name):
+    np.testing.assert_allclose(rows(name, g), np.atleast_1d(FORMULAS[name](g)), rtol=1e-10)
+
+
+def turned(angle_deg: float) -> np.ndarray:
+    c, s = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+
+BAD = {  # what makes a grasp violate each constraint, and what does not
+    "stiffness": ({"stiffness": 1e-3}, {"stiffness": 0.1}),
+    "rotation": ({"rotation": turned(ROBUST.limits.rotation_deg + 1)}, {"rotation": turned(9)}),
+    "workspace": ({"ball_clearances": np.array([0.1, -1e-3, 0.1, 0.1])}, {"ball_clearances": np.full(4, 1e-3)}),
+    "contact": ({"gaps": np.array([0, 0, 1e-4, 0])}, {"gaps": np.zeros(4)}),
+    "force": ({"forces_eq": np.full((4, 3), 1.0)}, {"forces_eq": np.full((4, 3), 3.0)}),
+    "object": ({"object_clearances": np.array([0.1, -1e-4])}, {"object_clearances": np.array([0.1, 1e-4])}),
+    "table": ({"table_clearances": np.array([0.1, 0.0])}, {"table_clearances": np.array([0.1, 0.05])}),
+    "pads_table": ({"pad_heights": np.array([0.1, -1e-3])}, {"pad_heights": np.array([0.1, 0.05])}),
+    "self": ({"pair_clearances": np.array([0.1, -1e-4])}, {"pair_clearances": np.array([0.1, 1e-4])}),
+    "contact_table": ({"contact_heights": np.array([-1e-4])}, {"contact_heights": np.array([1e-4])}),
+    "equilibrium_table": ({"contact_heights_eq": np.array([-1e-4])}, {"contact_heights_eq": np.array([1e-4])}),
+    "sag": ({"gains": np.full(4, 40.0)}, {"gains": np.full(4, 60.0)}),  # 0.2 kg over 1 cm: 196 N/m
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_bad_grasp_violates_its_bound_and_a_good_one_does_not(g, name):
+    bad, good = BAD[name]
+    assert violated(name, replace(g, **bad))
+    assert not violated(name, replace(g, **good))
+
+
+@pytest.mark.parametrize("state", ["initial", "equilibrium"])
+def test_pulling_violates_the_margins_and_pressing_does_not(g, state):
+    suffix = "" if state == "initial" else "_eq"
+    normals = getattr(g, f"normals{suffix}")
+    assert violated(f"margin_{state}", replace(g, **{f"forces{suffix}": 5 * normals}))
+    assert not violated(f"margin_{state}", replace(g, **{f"forces{suffix}": -5 * normals}))
+
+
+def test_too_much_force_and_too_much_shift_violate_their_upper_bounds(g):
+    assert violated("force", replace(g, forces_eq=np.full((4, 3), 7.0)))
+    assert violated("shift", replace(g, contacts_eq=g.contacts + np.array([0, 0, 0.011])))
+    assert not violated("shift", replace(g, contacts_eq=g.contacts + np.array([0, 0, 0.009])))
+
+
+def test_the_sag_bound_keeps_the_weight_from_moving_the_object_farther_than_the_shift():
+    low, high = CONSTRAINTS[NAMES.index("sag")].bounds(HEAVY)
+    assert 0.2 * GRAVITY / low == pytest.approx(HEAVY.limits.shift)
+    assert high == inf
+    assert CONSTRAINTS[NAMES.index("sag")].bounds(SMALL)[0] == 0.0
+
+
+def test_the_penalty_formulation_keeps_only_what_makes_it_well_posed():
+    assert [c.name for c in active("penalty")] == ["stiffness", "rotation", "workspace"]
+    assert active("constrained") == CONSTRAINTS
+    assert len(set(NAMES)) == len(NAMES)
+
+
+@pytest.mark.parametrize("formulation", ["penalty", "constrained"])
+def test_the_bounds_of_the_rows_are_those_of_the_settings_in_scaled_units(formulation):
+    nlp, problem = oracle(HEAVY, formulation).nlp, posed(HEAVY)
+    low, high = problem.row_bounds(nlp)
+    assert len(low) == len(high) == sum(nlp.row_sizes)
+    start = 0
+    for constraint, size in zip(nlp.constraints, nlp.row_sizes, strict=True):
+        bounds = constraint.bounds(HEAVY)
+        np.testing.assert_allclose(low[start : start + size] * constraint.scale, bounds[0])
+        np.testing.assert_allclose(high[start : start + size] * constraint.scale, bounds[1])
+        start += size
+
+
+@pytest.mark.parametrize("settings", [PAPER, ROBUST], ids=["paper", "robust"])
+def test_no_preset_has_an_empty_interval(settings):
+    for constraint in CONSTRAINTS:
+        low, high = constraint.bounds(settings)
+        assert low <= high, constraint.name
+
+
+def test_each_limit_moves_a_bound():
+    fixed = {"gain_min", "gain_max", "wrist_travel"}  # bounds of variables
+    for name, limit in vars(HEAVY.limits).items():
+        if name not in fixed:
+            other = replace(HEAVY, limits=Limits(**vars(HEAVY.limits) | {name: limit + 1e-3}))
+            assert any(c.bounds(other) != c.bounds(HEAVY) for c in CONSTRAINTS), name

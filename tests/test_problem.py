@@ -1,0 +1,107 @@
+"""The posed problem: bounds, parameters and what the program is told of the settings."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import SMALL, block, hand, observation, oracle, posed
+
+from sgnlp.errors import InputError
+from sgnlp.problem import pose
+from sgnlp.settings import Limits
+from sgnlp.starts import starts
+
+
+@pytest.fixture
+def problem():
+    return posed(SMALL)
+
+
+@pytest.fixture
+def nlp():
+    return oracle(SMALL, "penalty").nlp
+
+
+def test_a_hand_is_given_by_name_or_loaded(problem):
+    assert pose(observation(), "allegro_left", SMALL).hand.name == problem.hand.name == "allegro_left"
+    assert problem.hand is hand()
+    with pytest.raises(InputError, match=r"unknown hand 'claw'; valid: .*allegro_left"):
+        pose(observation(), "claw", SMALL)
+
+
+def test_the_same_seed_fits_the_same_surface(problem):
+    again, other = pose(observation(), hand(), SMALL, seed=0), pose(observation(), hand(), SMALL, seed=1)
+    np.testing.assert_array_equal(again.gpis.alpha, problem.gpis.alpha)
+    assert not np.array_equal(other.gpis.X, problem.gpis.X)
+
+
+def test_box_and_centre_of_mass_are_those_of_the_cloud(problem):
+    np.testing.assert_array_equal(problem.box[0], observation().points.min(axis=0))
+    np.testing.assert_array_equal(problem.box[1], observation().points.max(axis=0))
+    np.testing.assert_allclose(problem.com, problem.box.mean(axis=0))
+
+
+def test_the_bounds_of_the_variables_are_the_joint_limits_the_gains_and_a_cube_in_the_models_ball(problem, nlp):
+    joints = hand().reference
+    low, high = (bound * nlp.units for bound in problem.variable_bounds(nlp, joints))
+    n, m, limits = len(joints), len(hand().fingers), SMALL.limits
+    np.testing.assert_allclose(joints + low[6 : 6 + n], hand().lower)
+    np.testing.assert_allclose(joints + high[6 : 6 + n], hand().upper)
+    np.testing.assert_allclose([-low[:3], high[:3]], limits.wrist_travel)
+    np.testing.assert_allclose(low[-m:], limits.gain_min)
+    np.testing.assert_allclose(high[-m:], limits.gain_max)
+    for corner in (low, high):
+        assert problem.gpis.inside_ball(corner[6 + n : -m].reshape(m, 3)).all()
+    assert (low < high).all()
+
+
+@pytest.mark.parametrize("field", ["gain_min", "gain_max", "wrist_travel"])
+def test_the_limits_of_the_settings_move_the_bounds(problem, nlp, field):
+    limits = Limits(**vars(SMALL.limits) | {field: getattr(SMALL.limits, field) * 1.1})
+    moved = replace(problem, settings=replace(SMALL, limits=limits))
+    before, after = (np.concatenate(p.variable_bounds(nlp, hand().reference)) for p in (problem, moved))
+    assert not np.array_equal(before, after)
+
+
+def test_every_parameter_is_the_setting_of_its_name(problem, nlp):
+    start = starts(problem, 1, 0)[0]
+    p = problem.parameters(nlp, start.wrist, start.joints)
+
+    def values(name: str) -> np.ndarray:
+        return p[block(nlp.parameters, name)]
+
+    s = SMALL
+    expected = {
+        "wrist": start.wrist,
+        "joints": start.joints,
+        "weights": problem.weights(),
+        "c": s.contact.c,
+        "friction": s.contact.friction,
+        "pad": 1.0,
+        "force_min": s.limits.force_min,
+        "lift": s.contact.lift,
+        "mass": s.contact.mass,
+        "com": problem.com,
+        "table": observation().table_height,
+        "ball_centre": problem.gpis.centre,
+        "ball_radius": problem.gpis.radius,
+        "distance": s.smoothing.distance,
+        "collision": s.smoothing.collision,
+        "log_width": s.smoothing.log,
+        "force": s.smoothing.force,
+        "deviation": s.smoothing.deviation,
+        "exponent": s.smoothing.exponent,
+    }
+    assert expected.keys() == nlp.parameters.sizes.keys()
+    for name, value in expected.items():
+        np.testing.assert_array_equal(values(name), np.atleast_1d(value), err_msg=name)
+    assert len(p) == sum(nlp.parameters.sizes.values())
+
+
+def test_what_shapes_the_functions_is_their_structure_and_the_rest_are_parameters(problem):
+    contact = replace(SMALL.contact, samples=7, density="density", equilibrium="printed")
+    structure = replace(problem, settings=replace(SMALL, contact=contact)).structure("constrained")
+    assert (structure.formulation, structure.samples) == ("constrained", 7)
+    assert (structure.density, structure.equilibrium) == ("density", "printed")
+    heavier = replace(problem, settings=replace(SMALL, contact=replace(SMALL.contact, mass=1.0, c=0.5, pad=False)))
+    assert heavier.structure("penalty") == problem.structure("penalty")

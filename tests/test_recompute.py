@@ -1,0 +1,134 @@
+"""Two independent paths to one grasp: the expressions that the solver sees and the NumPy recomputation agree."""
+
+from dataclasses import fields, replace
+from functools import cache
+
+import casadi as ca
+import numpy as np
+import pytest
+from scenes import SMALL, exact_grasp, oracle, posed, random_point, random_rotation
+
+from sgnlp.chain import Chain
+from sgnlp.equilibrium import GRAVITY
+from sgnlp.gpis import MIN_SLOPE
+from sgnlp.grasp import Grasp
+from sgnlp.nlp import _Model
+from sgnlp.recompute import equilibrium, rotation_angle
+from sgnlp.settings import Contact, Settings
+
+LOADED = replace(SMALL, contact=Contact(mass=0.3, friction=0.7, samples=5))
+NO_PAD = replace(SMALL, contact=Contact(mass=0.0, pad=False, samples=5))
+SLOPED = ("gaps", "path_gaps", "contact_deviations", "path_deviations", "object_clearances", "normals", "normals_eq")
+"""What divides by |∇μ|, rounded at 0 in the smooth grasp."""
+
+
+@cache
+def symbolic_grasp(settings: Settings) -> tuple[ca.Function, list[str]]:
+    """(x, p, jets…) → every symbolic field of the grasp, and their names."""
+    nlp = oracle(settings, "penalty").nlp
+    chain = Chain(ca.SX.sym("x", len(nlp.units)))
+    p, blocks = nlp.parameters.symbols()
+    model = _Model(nlp.hand, nlp.structure, chain, blocks, nlp.units)
+    symbols = {f.name: getattr(model.grasp, f.name) for f in fields(Grasp)}
+    symbols = {name: value for name, value in symbols.items() if isinstance(value, ca.SX)}
+    return ca.Function("grasp", [chain.x, p, *model.jets], chain.value(list(symbols.values()))), list(symbols)
+
+
+def both(settings: Settings, seed: int) -> tuple[dict[str, np.ndarray], Grasp]:
+    """The smooth and the exact grasp at one random point."""
+    functions, problem = oracle(settings, "penalty"), posed(settings)
+    start, x = random_point(problem, functions.nlp, seed)
+    p = problem.parameters(functions.nlp, start.wrist, start.joints)
+    f, names = symbolic_grasp(settings)
+    numbers = f(x, p, *functions.surface(functions.nlp.points(x, p)))
+    smooth = {name: np.array(number) for name, number in zip(names, numbers, strict=True)}
+    return smooth, exact_grasp(problem, start, x)
+
+
+@pytest.mark.parametrize("settings", [LOADED, NO_PAD], ids=["loaded", "no_pad"])
+@pytest.mark.parametrize("seed", range(4))
+def test_the_numpy_grasp_equals_the_symbolic_one(settings, seed):
+    smooth, exact = both(settings, seed)
+    assert {"tips", "contacts_eq", "rotation", "stiffness", "forces_eq", "pair_clearances"} <= smooth.keys()
+    for name, value in smooth.items():
+        expected = np.asarray(getattr(exact, name)).reshape(value.shape)
+        if name not in SLOPED:
+            np.testing.assert_allclose(value, expected, rtol=1e-8, atol=1e-9, err_msg=name)
+
+
+@pytest.mark.parametrize("settings", [LOADED, NO_PAD], ids=["loaded", "no_pad"])
+@pytest.mark.parametrize("seed", range(4))
+def test_metric_quantities_agree_but_for_the_rounding_of_the_slope(settings, seed):
+    smooth, g = both(settings, seed)
+    gpis, K = posed(settings).gpis, g.path_samples
+    along = np.linspace(0, 1, K)[:, None]
+    paths = np.concatenate([along * o + (1 - along) * a for o, a in zip(g.targets, g.tips, strict=True)])
+
+    def rounding(Z):
+        slope = np.linalg.norm(gpis.gradient(Z), axis=1)
+        return slope / np.sqrt(slope**2 + MIN_SLOPE**2)
+
+    pad = np.array([finger.radius for finger in posed(settings).hand.fingers]) * settings.contact.pad
+    near = {"rtol": 1e-8, "atol": 1e-9}
+    for name, Z, less in (
+        ("gaps", g.contacts, pad),
+        ("path_gaps", paths, np.repeat(pad, K)),
+        ("object_clearances", g.spheres, g.radii),
+    ):
+        expected = (getattr(g, name) + less) * rounding(Z) - less
+        np.testing.assert_allclose(smooth[name].ravel(), expected, **near, err_msg=name)
+    for name, Z in (("contact_deviations", g.contacts), ("path_deviations", paths)):
+        np.testing.assert_allclose(smooth[name].ravel(), getattr(g, name) * rounding(Z), rtol=1e-5, err_msg=name)
+    for name in ("normals", "normals_eq"):
+        expected = getattr(g, name) * rounding(g.contacts)[:, None]
+        np.testing.assert_allclose(smooth[name], expected, **near, err_msg=name)
+
+
+def test_contacts_forces_and_normals_obey_the_equations_of_the_grasp():
+    _, g = both(LOADED, 1)
+    np.testing.assert_allclose(g.contacts - g.targets, 0.7 * (g.tips - g.targets), atol=1e-15)
+    np.testing.assert_allclose(g.forces, g.gains[:, None] * (g.targets - g.contacts))
+    np.testing.assert_allclose(g.forces_eq, g.gains[:, None] * (g.targets - g.contacts_eq))
+    np.testing.assert_allclose(g.forces_eq.sum(axis=0), [0, 0, 0.3 * GRAVITY], atol=1e-10)
+    np.testing.assert_allclose(np.linalg.norm(g.normals, axis=1), 1)
+    shape, shape_eq = (np.linalg.norm(p[:, None] - p[None], axis=2) for p in (g.contacts, g.contacts_eq))
+    np.testing.assert_allclose(shape, shape_eq, atol=1e-12)  # the object is rigid
+
+
+def test_the_recomputed_equilibrium_is_the_true_one_even_where_the_plan_took_the_printed_one():
+    printed = replace(LOADED, contact=replace(LOADED.contact, equilibrium="printed"))
+    _, g = both(printed, 1)
+    _, h = both(LOADED, 1)
+    np.testing.assert_array_equal(g.rotation, h.rotation)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_svd_equilibrium_balances_force_and_torque_and_undoes_a_known_motion(seed):
+    rng = np.random.default_rng(seed)
+    p, k, com = rng.normal(size=(4, 3)), rng.uniform(40, 400, 4), rng.normal(size=3)
+    Q, shift = random_rotation(rng), rng.normal(size=3)
+    R, t, rho = equilibrium(p, p @ Q.T + shift, k, 0.0, com)
+    np.testing.assert_allclose(R, Q, atol=1e-12)
+    np.testing.assert_allclose(t, shift, atol=1e-12)
+    assert rho > 0
+    o = p + 0.3 * rng.normal(size=(4, 3))
+    R, t, _ = equilibrium(p, o, k, 0.5, com)
+    there, weight = p @ R.T + t, np.array([0, 0, -0.5 * GRAVITY])
+    f = k[:, None] * (o - there)
+    np.testing.assert_allclose(f.sum(axis=0) + weight, 0, atol=1e-11)
+    np.testing.assert_allclose(np.cross(there, f).sum(axis=0) + np.cross(R @ com + t, weight), 0, atol=1e-10)
+
+
+def test_coinciding_targets_have_an_equilibrium_without_stiffness_and_nothing_is_nan():
+    p = np.random.default_rng(0).normal(size=(4, 3))
+    R, t, rho = equilibrium(p, np.zeros((4, 3)), np.full(4, 80.0), 0.0, np.zeros(3))
+    assert np.isfinite(R).all()
+    assert np.isfinite(t).all()
+    assert rho == 0
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-3, 1.0, np.pi - 1e-6, np.pi])
+def test_the_rotation_angle_is_accurate_from_zero_to_a_half_turn(angle):
+    c, s = np.cos(angle), np.sin(angle)
+    R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    assert rotation_angle(R) == pytest.approx(angle, rel=1e-6, abs=1e-12)
