@@ -119,12 +119,13 @@ def table(rows: Sequence[Row]) -> list[dict[str, str]]:
 
 
 def _line(name: str, views: str, rows: list[Row]) -> dict[str, str]:
+    ended = [row for row in rows if not row.failure]
     numbers = {
         "starts": len(rows),
         "solved": sum(row.solved for row in rows),
         "feasible": sum(row.feasible for row in rows),
-        "median iterations": median(row.iterations for row in rows),
-        "median time [s]": f"{median(row.seconds for row in rows):.2f}",
+        "median iterations": median(row.iterations for row in ended) if ended else "-",
+        "median time [s]": f"{median(row.seconds for row in ended):.2f}" if ended else "-",
         "penalty solved": sum(row.penalty_solved for row in rows),
         "energy below AdamW": sum(row.lower for row in rows),
     }

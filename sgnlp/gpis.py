@@ -26,7 +26,7 @@ TRIPLES = tuple((a, b, c) for a in range(3) for b in range(a, 3) for c in range(
 MEAN_JET = 1 + 3 + len(PAIRS) + len(TRIPLES)
 VARIANCE_JET = 1 + 3 + len(PAIRS)
 MIN_SLOPE = 1e-3
-"""Floor of |∇μ| where it divides: the slope at measured surfaces is 0.2-0.5, at a ridge inside it is 0."""
+"""Rounding of |∇μ| at 0 where it divides: the slope at measured surfaces is 0.2-0.5, at a ridge inside it is 0."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Gpis:
 
     Attributes:
         kernel: name of the kernel.
-        reach: R, largest distance between two training points [m].
+        reach: R, `reach_scale` times the largest distance between two training points [m].
         amplitude: prior deviation of the kernels that have one [m].
         prior: prior mean m [m].
         X: training points (N, 3) [m].
@@ -78,7 +78,7 @@ class Gpis:
     def normal(self, Z: Array) -> Array:
         """Outward unit normals ∇μ/|∇μ| (Q, 3)."""
         g = self.gradient(Z)
-        return g / np.maximum(np.linalg.norm(g, axis=1, keepdims=True), MIN_SLOPE)
+        return g / _slope(g)[:, None]
 
     def deviation(self, Z: Array) -> Array:
         """σ (Q,) [m]; rounding below zero is cut off, a query outside the ball has the prior deviation at most."""
@@ -87,15 +87,11 @@ class Gpis:
 
     def distance(self, Z: Array) -> Array:
         """Metric signed distance μ/|∇μ| (Q,) [m], positive outside."""
-        return self.mean(Z) / np.maximum(np.linalg.norm(self.gradient(Z), axis=1), MIN_SLOPE)
+        return self.mean(Z) / _slope(self.gradient(Z))
 
     def distance_deviation(self, Z: Array) -> Array:
         """Metric deviation σ/|∇μ| (Q,) [m]."""
-        return self.deviation(Z) / np.maximum(np.linalg.norm(self.gradient(Z), axis=1), MIN_SLOPE)
-
-    def inside_ball(self, Z: Array) -> NDArray[np.bool_]:
-        """Whether each query (Q,) lies in the ball where the kernel is a covariance."""
-        return np.linalg.norm(Z - self.centre, axis=1) <= self.radius * (1 + 1e-9)
+        return self.deviation(Z) / _slope(self.gradient(Z))
 
     def mean_jet(self, Z: Array) -> Array:
         """μ and its derivatives of order 1, 2 and 3 (Q, 20) at Z (Q, 3), orders of `PAIRS` and `TRIPLES`."""
@@ -135,6 +131,11 @@ class Gpis:
         return J
 
 
+def _slope(gradient: Array) -> Array:
+    """√(|∇μ|² + MIN_SLOPE²) (Q,) of gradients (Q, 3)."""
+    return np.sqrt((gradient**2).sum(axis=1) + MIN_SLOPE**2)
+
+
 def fit(training: TrainingSet, kernel_name: str = "thin_plate") -> Gpis:
     """Condition the process on a training set: one Cholesky factorisation.
 
@@ -142,7 +143,7 @@ def fit(training: TrainingSet, kernel_name: str = "thin_plate") -> Gpis:
         InputError: unknown kernel, or a training set whose covariance is not positive definite.
     """
     X, y, s = training.X, training.y, training.noise
-    reach = max_distance(X)
+    reach = training.reach
     k = kernel(kernel_name, reach, training.amplitude)
     r = np.linalg.norm(X[:, None] - X[None], axis=2)
     try:
@@ -158,12 +159,6 @@ def fit(training: TrainingSet, kernel_name: str = "thin_plate") -> Gpis:
         a.flags.writeable = False
     X, alpha, whitener, centre = arrays
     return Gpis(kernel_name, reach, training.amplitude, training.prior, X, alpha, whitener, centre, radius)
-
-
-def max_distance(X: Array) -> float:
-    """Largest distance between two of the points X (N, 3) [m]."""
-    squares = (X * X).sum(axis=1)
-    return float(np.sqrt(max((squares[:, None] + squares[None] - 2 * X @ X.T).max(), 0.0)))
 
 
 def symbolic(kernel_name: str, N: int) -> ca.Function:
@@ -185,7 +180,7 @@ def symbolic(kernel_name: str, N: int) -> ca.Function:
     mean = prior + ca.dot(k, alpha)
     gradient = ca.gradient(mean, x)
     variance = ca.fmax(model.radial(ca.MX(MIN_RADIUS))[0] - ca.sumsqr(whitener @ k), 0)
-    slope = ca.fmax(ca.norm_2(gradient), MIN_SLOPE)
+    slope = ca.sqrt(ca.sumsqr(gradient) + MIN_SLOPE**2)
     outputs = [mean, gradient, gradient / slope, variance, mean / slope, ca.sqrt(variance) / slope]
     names = ["mean", "gradient", "normal", "variance", "distance", "distance_deviation"]
     inputs = [x, X, alpha, whitener, prior, reach, amplitude]

@@ -28,7 +28,7 @@ class Grasp:
     forces_eq: Any  # (m, 3) [N]
     normals: Any  # (m, 3)
     normals_eq: Any  # (m, 3)
-    gaps: Any  # (m,) [m], metric distance of the pad (or of the centre, without pad) to the surface
+    gaps: Any  # (m,) [m], metric distance to the surface of the pads (of the centres, without pads)
     contact_deviations: Any  # (m,) [m]
     path_gaps: Any  # (m K,) [m], the same along each finger's path, finger by finger
     path_deviations: Any  # (m K,) [m]

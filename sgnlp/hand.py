@@ -106,11 +106,17 @@ def load_hand(name_or_folder: str | Path, spheres: str = "cover") -> Hand:
     if not file.is_file():
         raise unknown("hand", str(name_or_folder), [*available_hands(), f"a folder holding {HAND_FILE}"])
     try:
-        return _build(file, yaml.safe_load(file.read_text()), spheres)
+        return _loaded(file, file.read_text(), spheres)
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise InputError(f"{file} is not YAML: {' '.join(str(error).split())}") from None
     except InputError as error:
         raise InputError(f"{file.parent.name}/{file.name}: {error}") from None
+
+
+@functools.lru_cache(maxsize=16)
+def _loaded(file: Path, text: str, preset: str) -> Hand:
+    """The same text gives the same hand, so what is built for a hand is built once."""
+    return _build(file, yaml.safe_load(text), preset)
 
 
 def _library() -> Path:

@@ -62,7 +62,8 @@ def metric() -> ca.Function:
 class Layout:
     """The query points of m fingers with K samples each and S spheres, and the jets that each kind needs.
 
-    Order of the points: contacts (m), path (m K, finger by finger), spheres (S), targets (m).
+    Order of the points: contacts p (m), path (m K, finger by finger), spheres (S), feet p - r n(p) of the contacts
+    on the surface (m), targets (m). The feet follow from the surface; all others are given.
     """
 
     m: int
@@ -72,7 +73,12 @@ class Layout:
     @property
     def points(self) -> int:
         """Q, the number of query points."""
-        return 2 * self.m + self.m * self.K + self.S
+        return 3 * self.m + self.m * self.K + self.S
+
+    @property
+    def before_feet(self) -> int:
+        """The number of points that stand before the feet."""
+        return self.m + self.m * self.K + self.S
 
     @property
     def uncertain(self) -> int:

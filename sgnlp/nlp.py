@@ -49,9 +49,9 @@ class Structure:
 class Nlp:
     """Functions of one structure.
 
-    `points` (x, p) → z (Q, 3) [m]; `objective`, `gradient`, `rows`, `jacobian` (x, p, jets…); `hessian`
-    (x, p, jets…, λ_f, λ_g), the upper triangle; `terms` (x, p, jets…), the smooth terms unweighted. The jets are the
-    four blocks of `layout.symbols()`.
+    `points` (x, p) → the given query points (Q - m, 3) [m] and how far the feet lie below the contacts (m) [m];
+    `objective`, `gradient`, `rows`, `jacobian` (x, p, jets…); `hessian` (x, p, jets…, λ_f, λ_g), the upper triangle;
+    `terms` (x, p, jets…), the smooth terms unweighted. The jets are the four blocks of `layout.symbols()`.
     """
 
     structure: Structure
@@ -74,7 +74,7 @@ class Nlp:
 def parameter_vector(hand: Hand) -> ParameterVector:
     """The blocks of p for a hand."""
     n = len(hand.joint_names)
-    sizes = {"wrist": 7, "joints": n, "weights": len(TERMS), "c": 1, "friction": 1, "pad": 1, "force_min": 1}
+    sizes = {"wrist": 7, "joints": n, "weights": len(TERMS), "c": 1, "friction": 1, "pad": 1, "foot": 1, "force_min": 1}
     sizes |= {"lift": 1, "mass": 1, "com": 3, "table": 1, "ball_centre": 3, "ball_radius": 1}
     widths = {"distance": 1, "collision": 1, "log_width": 1, "force": 1, "deviation": 1, "exponent": 1}
     return ParameterVector(sizes | widths)
@@ -120,7 +120,7 @@ def build(hand: Hand, structure: Structure) -> Nlp:
         constraints=constraints,
         row_sizes=tuple(b.numel() for b in blocks),
         units=units,
-        points=ca.Function("points", [chain.x, p], chain.value([model.z])),
+        points=ca.Function("points", [chain.x, p], chain.value([model.given, model.pads])),
         objective=function("objective", [energy]),
         gradient=function("gradient", [energy, chain.gradient(energy)]),
         rows=function("rows", [rows]),
@@ -131,7 +131,13 @@ def build(hand: Hand, structure: Structure) -> Nlp:
 
 
 class _Model:
-    """The symbolic grasp over a chain: what is lifted and how everything follows from it."""
+    """The symbolic grasp over a chain: what is lifted and how everything follows from it.
+
+    The gap of a pad is d at its foot p - r n(p) where the parameter `foot` is 1, and d(p) - r where it is 0. The
+    first is right to second order in r, the second reads 2 mm too little at r = 12 mm but is defined far off the
+    surface too, where a tip begins: so it leads there in the penalty formulation, and the constrained one ends with the
+    first.
+    """
 
     def __init__(self, hand: Hand, structure: Structure, chain: Chain, par: SimpleNamespace, units: Array):
         m, n, K = len(hand.fingers), len(hand.joint_names), structure.samples
@@ -147,10 +153,15 @@ class _Model:
         tau = chain.lift("path", ca.vertcat(*path))
         o = chain.lift("targets", self.o)
         self.layout = Layout(m, K, len(hand.spheres))
-        self.z = ca.vertcat(p, tau, s, o)
         self.jets = self.layout.symbols()
-        self.displacements = self.z - chain.freeze("origin", self.z)  # 0 with derivative 1
-        self.grasp = self._grasp(hand, structure, chain, par, (a, s, p, o, v))
+        self.radii = np.array([finger.radius for finger in hand.fingers])
+        self.pads = par.foot * par.pad * self.radii
+        self.given = ca.vertcat(p, tau, s, o)
+        normals = chain.lift("normals", self._normals(p - chain.freeze("contact_origin", p)))
+        feet = chain.lift("feet", p - ca.repmat(self.pads, 1, 3) * normals)
+        z = ca.vertcat(p, tau, s, feet, o)
+        self.displacements = z - chain.freeze("origin", z)  # 0 with derivative 1
+        self.grasp = self._grasp(hand, structure, chain, par, (a, s, p, o, v, normals))
 
     def _spheres(self, hand: Hand, chain: Chain, spheres: ca.SX, tips: ca.SX) -> ca.SX:
         """Sphere centres (S, 3); those of the pads are the tips themselves, already lifted."""
@@ -160,6 +171,11 @@ class _Model:
         rows |= {i: tips[j, :] for j, i in enumerate(hand.tip_spheres)}
         return ca.vertcat(*[rows[i] for i in range(len(hand.spheres))])
 
+    def _normals(self, delta: ca.SX) -> ca.SX:
+        """Normals (m, 3) at the contacts displaced by delta (m, 3) [m]."""
+        jets = [self.jets[2][:, JET * a : JET * (a + 1)] for a in range(3)]
+        return ca.horzcat(*[expand(J, delta) for J in jets])
+
     def _grasp(
         self,
         hand: Hand,
@@ -168,7 +184,7 @@ class _Model:
         par: SimpleNamespace,
         places: tuple[ca.SX, ...],
     ) -> Grasp:
-        a, s, p, o, v = places
+        a, s, p, o, v, normals = places
         m, K, k = len(hand.fingers), structure.samples, self.k
         if structure.equilibrium == "printed":
             B = equilibrium.printed_profile(p, o, k)
@@ -181,16 +197,13 @@ class _Model:
         t = equilibrium.translation(R, p, o, k, par.mass)
         p_eq = chain.lift("contacts_eq", p @ R.T + ca.repmat(t.T, m, 1))
         gain = ca.repmat(k, 1, 3)
-        tip_radii = np.array([finger.radius for finger in hand.fingers])
-        pad = par.pad * tip_radii
+        pad = par.pad * self.radii
         links = [i for i in range(len(hand.spheres)) if i not in hand.tip_spheres]
         radii = np.array([sphere.radius for sphere in hand.spheres])
         delta, V, D = self.displacements, self.layout.uncertain, self.layout.distances
         distance = chain.lift("distance", expand(self.jets[0], delta[:D, :]))
         variance = chain.lift("variance", expand(self.jets[1], delta[:V, :]))
         deviation = ca.sqrt(ca.fmax(variance, 0) + MIN_DEVIATION**2)
-        directions = [self.jets[2][:, JET * a : JET * (a + 1)] for a in range(3)]
-        normals = chain.lift("normals", ca.horzcat(*[expand(J, delta[:m, :]) for J in directions]))
         lifts = ca.horzcat(ca.SX.zeros(m, 2), ca.repmat(par.lift, m, 1))
         pairs = [ca.norm_2(s[i, :] - s[j, :]) - radii[i] - radii[j] for i, j in hand.pairs]
         return Grasp(
@@ -208,16 +221,16 @@ class _Model:
             forces_eq=gain * (o - p_eq),
             normals=normals,
             normals_eq=normals @ R.T,
-            gaps=distance[:m] - pad,
+            gaps=distance[D - m :] - (1 - par.foot) * pad,
             contact_deviations=deviation[:m],
             path_gaps=distance[m:V] - ca.vec(ca.repmat(pad.T, K, 1)),
             path_deviations=deviation[m:],
             target_means=expand(self.jets[3], delta[D:, :]),
             spheres=s,
             radii=radii,
-            object_clearances=distance[V:] - radii,
+            object_clearances=distance[V : D - m] - radii,
             table_clearances=(s[:, 2] - radii - par.table)[links],
-            pad_heights=a[:, 2] - tip_radii - par.table,
+            pad_heights=a[:, 2] - self.radii - par.table,
             pair_clearances=ca.vertcat(*pairs),
             ball_clearances=par.ball_radius - ca.sqrt(ca.sum2((a - ca.repmat(par.ball_centre.T, m, 1)) ** 2)),
             contact_heights=p[:, 2] - pad - par.table,

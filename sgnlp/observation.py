@@ -17,12 +17,12 @@ from scipy.spatial import cKDTree
 
 from sgnlp import clouds
 from sgnlp.errors import InputError
+from sgnlp.sampling import MAX_POINTS, grid_sample
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Scalar = TypeVar("Scalar", bound=np.generic)
 
-GRID_CELLS = 2**20  # cells on each side of the centre of the thinning grid: three indices fit one int64
 SIMPLEX_POINTS = 4  # fewer points enclose no volume
 NAME_PATTERN = re.compile(r"\w[\w .+-]{0,99}")  # a name becomes a folder under results/
 
@@ -53,7 +53,7 @@ class ObservationSettings:
     """Quantile of the heights that stands for the table where none is given."""
     max_table_gap: float = 0.03
     """[m] A cloud that begins higher than this above its table is remarked upon."""
-    max_points: int = 50_000
+    max_points: int = MAX_POINTS
     """Larger clouds are thinned on a grid to at most this many points."""
 
     def __post_init__(self) -> None:
@@ -177,28 +177,6 @@ def observe(
     )
 
 
-def farthest_points(points: ArrayLike, count: int, seed: int) -> IntArray:
-    """Indices of `count` points, each the farthest from those before it; the first is drawn with `seed`.
-
-    Fewer come back where `points` (N, 3) has fewer distinct ones. O(N count); clouds above
-    `ObservationSettings.max_points` are thinned on a grid first.
-    """
-    cloud = clouds.floats(points, "points", (None, 3))
-    if count < 1 or len(cloud) == 0:
-        raise InputError(f"cannot choose {count} of {len(cloud)} points")
-    candidates = _grid_sample(cloud, DEFAULTS.max_points)
-    cloud = cloud[candidates]
-    squared = np.full(len(cloud), np.inf)  # distance of each point to the nearest chosen one
-    farthest = np.random.default_rng(seed).integers(len(cloud))
-    chosen: list[np.intp] = []
-    while len(chosen) < count and squared[farthest] > 0:
-        chosen.append(farthest)
-        offset = cloud - cloud[farthest]
-        np.minimum(squared, np.einsum("ij,ij->i", offset, offset), out=squared)
-        farthest = squared.argmax()
-    return candidates[chosen]
-
-
 class _Cleaning:
     """The points that are left, their places in the input, and the notes on those that are not."""
 
@@ -255,7 +233,7 @@ class _Cleaning:
     def thin(self) -> None:
         """One point a grid cell, for clouds above `max_points`."""
         mask = np.zeros(len(self.points), bool)
-        mask[_grid_sample(self.points, self.settings.max_points)] = True
+        mask[grid_sample(self.points, self.settings.max_points)] = True
         self.keep(mask, "share a cell of the thinning grid with another")
 
     def drop_outliers(self) -> None:
@@ -283,22 +261,6 @@ def _check_shape(points: FloatArray, settings: ObservationSettings) -> None:
     if spread[2] < settings.min_flatness * spread[0]:
         figure = "line" if spread[1] < settings.min_flatness * spread[0] else "plane"
         raise InputError(f"all points lie on one {figure}; a solid object needs points in three dimensions")
-
-
-def _grid_sample(points: FloatArray, limit: int) -> IntArray:
-    """Sorted indices of one point in each cell of a grid just coarse enough for at most `limit` points."""
-    if len(points) <= limit:
-        return np.arange(len(points))
-    low, centre, high = np.quantile(points, (0.01, 0.5, 0.99), axis=0)
-    edge = max((high - low).max(), np.finfo(np.float32).tiny) / np.sqrt(limit)
-    while True:
-        steps = np.floor((points - centre) / edge)
-        cell = np.clip(steps, -GRID_CELLS, GRID_CELLS - 1).astype(np.int64) + GRID_CELLS
-        key = (cell[:, 0] * (2 * GRID_CELLS) + cell[:, 1]) * (2 * GRID_CELLS) + cell[:, 2]
-        _, first = np.unique(key, return_index=True)
-        if len(first) <= limit:
-            return np.sort(first)
-        edge *= max(np.sqrt(len(first) / limit), 1.05)  # the cells of a surface number as 1 / edge²
 
 
 def _digest(cloud: FloatArray, view: IntArray, positions: FloatArray | None, options: object) -> str:

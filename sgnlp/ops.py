@@ -11,8 +11,8 @@ from typing import Any, Protocol
 import casadi as ca
 import numpy as np
 
-LOG_CUT = 1e-3
-"""Exact logarithm below this: its tangent there, so that an infeasible margin has a finite energy."""
+LOG_CUT = 0.02
+"""Below this the exact logarithm is its tangent there: finite, and of the size of the smooth one."""
 MIN_NORM = 1e-12
 """Guard of exact divisions by a norm."""
 ROUND_NORM = 1e-4

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.gpis import MEAN_JET, VARIANCE_JET, Gpis
+from sgnlp.gpis import MEAN_JET, MIN_SLOPE, VARIANCE_JET, Gpis
 from sgnlp.jets import Layout
 from sgnlp.nlp import Nlp
 
@@ -19,7 +19,10 @@ Array = NDArray[np.float64]
 
 
 class SurfaceJets(ca.Callback):
-    """Query points z (Q, 3) [m] → the jets of `Layout.symbols()`, remembering the last points."""
+    """Given query points (Q - m, 3) and pad radii (m) [m] → the jets of `Layout.symbols()`.
+
+    The feet follow from the normals at the contacts. The answer at the last points is remembered.
+    """
 
     def __init__(self, gpis: Gpis, layout: Layout):
         ca.Callback.__init__(self)
@@ -33,21 +36,22 @@ class SurfaceJets(ca.Callback):
             self._buffer.set_arg(i, raw.data)
         for i, jets in enumerate(self._jets):
             self._buffer.set_res(i, jets.T.data)
-        self._last = np.full((layout.points, 3), np.nan)
+        self._last = np.full((layout.points - layout.m, 3), np.nan), np.full(layout.m, np.nan)
         self.evaluations = 0
         self.construct("surface_jets", {})
 
     def get_n_in(self) -> int:
-        """One input."""
-        return 1
+        """Points and radii."""
+        return 2
 
     def get_n_out(self) -> int:
         """Four blocks of jets."""
         return len(self._jets)
 
     def get_sparsity_in(self, i: int) -> ca.Sparsity:
-        """(Q, 3)."""
-        return ca.Sparsity.dense(self._layout.points, 3)
+        """(Q - m, 3) and (m,)."""
+        m = self._layout.m
+        return ca.Sparsity.dense(*[(self._layout.points - m, 3), (m, 1)][i])
 
     def get_sparsity_out(self, i: int) -> ca.Sparsity:
         """As `Layout.symbols()`."""
@@ -60,16 +64,27 @@ class SurfaceJets(ca.Callback):
     def eval_buffer(self, arguments: Sequence[Any], results: Sequence[Any]) -> int:
         """Evaluate, or repeat the last answer when the points have not changed."""
         Z = np.frombuffer(arguments[0], dtype=float).reshape(3, -1).T
-        if not np.array_equal(Z, self._last):
-            self._last = Z.copy()
-            self._raw[0][:] = self._gpis.mean_jet(self._last)
-            self._raw[1][:] = self._gpis.variance_jet(self._last[: self._layout.uncertain])
+        radii = np.frombuffer(arguments[1], dtype=float)
+        if not (np.array_equal(Z, self._last[0]) and np.array_equal(radii, self._last[1])):
+            self._last = Z.copy(), radii.copy()
+            self._fill(*self._last)
             self._evaluate()
             self.evaluations += 1
         for result, jets in zip(results, self._jets, strict=True):
             if result is not None:
                 np.frombuffer(result, dtype=float)[:] = jets.ravel(order="F")
         return 0
+
+    def _fill(self, Z: Array, radii: Array) -> None:
+        """Raw jets at the given points and, between them, at the feet."""
+        m, before = self._layout.m, self._layout.before_feet
+        mean, variance = self._raw
+        given = self._gpis.mean_jet(Z)
+        gradient = given[:m, 1:4]
+        normals = gradient / np.sqrt((gradient**2).sum(axis=1, keepdims=True) + MIN_SLOPE**2)
+        mean[:before], mean[before + m :] = given[:before], given[before:]
+        mean[before : before + m] = self._gpis.mean_jet(Z[:m] - radii[:, None] * normals)
+        variance[:] = self._gpis.variance_jet(Z[: self._layout.uncertain])
 
 
 @dataclass(frozen=True)
@@ -94,7 +109,7 @@ def join(nlp: Nlp, gpis: Gpis) -> Oracle:
     surface = SurfaceJets(gpis, nlp.layout)
     x, p = ca.MX.sym("x", len(nlp.units)), ca.MX.sym("p", sum(nlp.parameters.sizes.values()))
     lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", sum(nlp.row_sizes))
-    jets = surface(nlp.points(x, p))
+    jets = surface(*nlp.points(x, p))
 
     def compose(function: ca.Function, more: list[ca.MX], names: list[str], outputs: list[str]) -> ca.Function:
         results = function(x, p, *jets, *more)

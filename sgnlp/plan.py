@@ -2,8 +2,10 @@
 
 import time
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 
+from sgnlp.errors import InputError
 from sgnlp.hand import Hand
 from sgnlp.observation import Observation
 from sgnlp.pool import Failure, solve_all
@@ -61,13 +63,16 @@ def solve(
     Raises:
         InputError: the hand or a setting is not valid, or the surface cannot be fitted.
     """
+    if min(count, jobs) < 1 or not timeout > 0 or seed < 0:
+        raise InputError(f"count {count}, jobs {jobs}, timeout {timeout:g} must be positive, seed {seed} not negative")
     begin = time.perf_counter()
     problem = pose(observation, hand, settings, seed)
     fitted = time.perf_counter()
     results = []
-    for result in solve_all(problem, starts(problem, count, seed), jobs, timeout):
-        progress(result)
-        results.append(result)
+    with closing(solve_all(problem, starts(problem, count, seed), jobs, timeout)) as ended:
+        for result in ended:
+            progress(result)
+            results.append(result)
     solutions = rank([r for r in results if isinstance(r, Solution)], settings.rank_by)
     failures = sorted((r for r in results if isinstance(r, Failure)), key=lambda f: f.start)
     seconds = {"fit": fitted - begin, "solve": time.perf_counter() - fitted}

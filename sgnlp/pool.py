@@ -5,10 +5,11 @@ Processes and not threads: MUMPS is not thread-safe, and only a process can be k
 
 import multiprocessing
 import signal
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import TimeoutError as FutureTimeout
 from concurrent.futures import as_completed
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, TypeVar
 
 from pebble import ProcessExpired, ProcessPool
@@ -22,7 +23,7 @@ from sgnlp.starts import Start
 
 T = TypeVar("T")
 
-_planner: Planner | None = None
+_problem: Problem | None = None
 
 
 @dataclass(frozen=True)
@@ -41,14 +42,14 @@ def solve_start(planner: Planner, start: Start) -> Solution:
 
 def solve_all(
     problem: Problem, starts: Sequence[Start], jobs: int, timeout: float | None
-) -> Iterator[Solution | Failure]:
+) -> Generator[Solution | Failure, None, None]:
     """Solve every start in `jobs` processes, yielding solutions as they come; see `map_starts`."""
     return map_starts(solve_start, problem, starts, jobs, timeout)
 
 
 def map_starts(
     task: Callable[[Planner, Start], T], problem: Problem, starts: Sequence[Start], jobs: int, timeout: float | None
-) -> Iterator[T | Failure]:
+) -> Generator[T | Failure, None, None]:
     """Apply a task to every start in `jobs` processes, yielding results as they come.
 
     `timeout` [s] is a start's limit; one that overruns it, or whose process dies, is a `Failure`. Leaving the
@@ -78,18 +79,24 @@ def _result(future: Any, start: Start, timeout: float | None) -> Any:
         return Failure(start.index, f"stopped after {timeout:g} s")
     except ProcessExpired as error:
         return Failure(start.index, f"process ended with exit code {error.exitcode}")
-    except RuntimeError as error:  # CasADi's
-        return Failure(start.index, str(error).splitlines()[0])
+    except Exception as error:  # whatever went wrong in a worker is that start's failure, not the plan's
+        return Failure(start.index, f"{type(error).__name__}: {str(error).splitlines()[0] if str(error) else ''}")
 
 
 def _initialise(problem: Problem) -> None:
     """Ready a worker: interrupts are the parent's business, and one process is one thread."""
-    global _planner
+    global _problem
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threadpool_limits(1)
-    _planner = Planner(problem)
+    _problem = problem
+
+
+@lru_cache(maxsize=1)
+def _planner(problem: Problem) -> Planner:
+    """Made with the first task and not on the worker's start, so that an error is the task's."""
+    return Planner(problem)
 
 
 def _run(task: Callable[[Planner, Start], T], start: Start) -> T:
-    assert _planner is not None
-    return task(_planner, start)
+    assert _problem is not None
+    return task(_planner(_problem), start)

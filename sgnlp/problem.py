@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from sgnlp.constraints import active
 from sgnlp.energies import TERMS
+from sgnlp.errors import InputError
 from sgnlp.gpis import Gpis, fit
 from sgnlp.hand import Hand, load_hand
 from sgnlp.nlp import Nlp, Structure
@@ -16,8 +17,8 @@ from sgnlp.training import training_set
 
 Array = NDArray[np.float64]
 
-MAX_TURN = 3.1
-"""Bound of each angular coordinate of the wrist's tangent [rad]: inside the ball |ω| < π of unique rotations."""
+MAX_TURN = 1.8
+"""Bound of each angular coordinate of the wrist's tangent [rad]: the cube inside the ball |ω| < π."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +56,7 @@ class Problem:
                 "c": contact.c,
                 "friction": contact.friction,
                 "pad": float(contact.pad),
+                "foot": float(nlp.structure.formulation == "constrained"),
                 "force_min": self.settings.limits.force_min,
                 "lift": contact.lift,
                 "mass": contact.mass,
@@ -76,11 +78,20 @@ class Problem:
         limits, m = self.settings.limits, len(self.hand.fingers)
         side = self.gpis.radius / np.sqrt(3)  # of the cube inside the surface model's ball
         wrist = np.repeat([limits.wrist_travel, MAX_TURN], 3)
-        gains = np.full(m, limits.gain_min), np.full(m, limits.gain_max)
+        gains = self.gain_bounds()
         targets = np.tile(self.gpis.centre, m)
         low = [-wrist, self.hand.lower - joints, targets - side, gains[0]]
         high = [wrist, self.hand.upper - joints, targets + side, gains[1]]
         return np.concatenate(low) / nlp.units, np.concatenate(high) / nlp.units
+
+    def gain_bounds(self) -> tuple[Array, Array]:
+        """Bounds (m,) of the gains [N/m]: those of the settings within those of the hand."""
+        low = np.maximum(self.settings.limits.gain_min, self.hand.gain_lower)
+        high = np.minimum(self.settings.limits.gain_max, self.hand.gain_upper)
+        if (low > high).any():
+            spans = f"{self.hand.gain_lower.min():g} to {self.hand.gain_upper.max():g} N/m"
+            raise InputError(f"--limits.gain-min and --limits.gain-max leave nothing of the hand's gains, {spans}")
+        return low, high
 
     def row_bounds(self, nlp: Nlp) -> tuple[Array, Array]:
         """Bounds (ng,) of the scaled rows."""

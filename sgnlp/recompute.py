@@ -43,6 +43,7 @@ def recompute(problem: Problem, wrist: Array, joints: Array, targets: Array, gai
     along = np.linspace(0.0, 1.0, K)[None, :, None]  # from the pregrasp tip to the target
     path = (along * o[:, None] + (1 - along) * a[:, None]).reshape(-1, 3)
     normals = gpis.normal(p)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
     first, second = np.array(hand.pairs, dtype=int).reshape(-1, 2).T
     grasp = Grasp(
         joints=joints,
@@ -59,7 +60,7 @@ def recompute(problem: Problem, wrist: Array, joints: Array, targets: Array, gai
         forces_eq=k[:, None] * (o - p_eq),
         normals=normals,
         normals_eq=normals @ R.T,
-        gaps=gpis.distance(p) - pad,
+        gaps=gpis.distance(p - pad[:, None] * normals),
         contact_deviations=gpis.distance_deviation(p),
         path_gaps=gpis.distance(path) - np.repeat(pad, K),
         path_deviations=gpis.distance_deviation(path),

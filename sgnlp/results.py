@@ -56,13 +56,14 @@ def load_grasps(path: str | Path) -> Grasps:
     if not zipfile.is_zipfile(file):
         raise InputError(f"'{file}' is not a result of sgnlp: it is not an npz, or a truncated one")
     try:
-        with np.load(file, allow_pickle=False) as data:
+        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
             arrays = {f.name: data[f.name] for f in fields(Grasps)}
         return Grasps(**arrays | {"meta": json.loads(str(arrays["meta"]))})
     except KeyError as error:
         raise InputError(f"'{file}' is not a result of sgnlp: {error.args[0]}") from None
     except Exception as error:  # a damaged array can raise almost anything
-        raise InputError(f"'{file}' cannot be read: {error}") from None
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise InputError(f"'{file}' cannot be read: {reason}") from None
 
 
 def json_text(value: Any) -> str:
@@ -104,6 +105,20 @@ def _finite(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_finite(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def same_study(file: Path, made: dict[str, Any]) -> None:
+    """Raise `InputError` if a folder's `made.json` tells of another study, whose rows must not be mixed with these."""
+    if not file.is_file():
+        return
+    try:
+        before = json.loads(file.read_text())
+    except ValueError:
+        before = {}
+    known = before.get("inputs", {})
+    changed = [name for name, digest in made["inputs"].items() if known.get(name, digest) != digest]
+    if changed or before.get("study") != json.loads(json_text(made["study"])):
+        raise InputError(f"'{file.parent}' holds rows of other settings or clouds; choose another --out or delete it")
 
 
 def _replace(target: Path, write: Any) -> None:

@@ -22,6 +22,7 @@ class GpisSettings(Checked):
         "cube_half_min": POSITIVE,
         "interior_value": (-10.0, 0.0),
         "interior_temperature": POSITIVE,
+        "reach_scale": (1.0, 10.0),
     }
 
     kernel: str = "thin_plate"
@@ -45,7 +46,10 @@ class GpisSettings(Checked):
     interior_temperature: float = 0.01
     """temperature of the softmax of the interior mixtures (release: 1/100)"""
     prior_mean: float = 1.0
-    """prior mean [m] (release: 1)"""
+    """prior mean of the thin plate [m] (release: 1); that of the other kernels is the exterior value"""
+    reach_scale: float = 1.5
+    """R of the kernel over the largest distance between training points; at 1, as in the release, the thin plate is
+    not quite positive definite and the palm leaves its ball"""
     floor: bool = True
     """copy the cloud onto the table, so that the surface closes below (release)"""
 
@@ -64,7 +68,7 @@ class Weights(Checked):
     dist: float = 1e4
     """distance of the contacts to the surface [1/m]"""
     uncer: float = 20.0
-    """prominence of the contact density along the finger's path [m]"""
+    """prominence of the contact density along the finger's path"""
     gain: float = 0.5
     """sum of the gains [m/N]"""
     tar: float = 1000.0
@@ -179,7 +183,7 @@ class Smoothing(Checked):
     log: float = 0.02
     """η of log u → log((u + √(u² + 4η²))/2)"""
     force: float = 0.1
-    """width of min(f_min, |f|) and of |f| at 0 [N]"""
+    """width of min(f_min, |f|) [N]"""
     deviation: float = 5e-4
     """floor of the metric deviation in the contact density [m]"""
     exponent: float = 30.0
@@ -210,7 +214,7 @@ class Solver(Checked):
     """barrier strategy"""
     mu_init: float = 0.1
     """first barrier parameter"""
-    linear_solver: str = "mumps"
+    linear_solver: Literal["mumps", "spral"] = "mumps"
     """linear solver of Ipopt: mumps or spral in casadi's wheel"""
 
 

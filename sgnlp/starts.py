@@ -59,10 +59,10 @@ def _turn(wrist: Array, centre: Array, yaw: float) -> Array:
 
 
 def _start(problem: Problem, index: int, wrist: Array) -> Start:
-    hand, limits = problem.hand, problem.settings.limits
+    hand = problem.hand
     tips, _ = frames(hand, wrist, hand.reference)
     side = problem.gpis.radius / np.sqrt(3)
     targets = tips + TARGET_DEPTH * (tips.mean(axis=0) - tips)
     targets = np.clip(targets, problem.gpis.centre - side, problem.gpis.centre + side)
-    gains = np.clip(hand.gain_initial, limits.gain_min, limits.gain_max)
+    gains = np.clip(hand.gain_initial, *problem.gain_bounds())
     return Start(index, wrist, hand.reference, targets, gains)

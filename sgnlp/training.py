@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.observation import Observation, farthest_points
+from sgnlp.observation import Observation
+from sgnlp.sampling import farthest_points
 from sgnlp.settings import GpisSettings
 
 Array = NDArray[np.float64]
@@ -20,7 +21,7 @@ Array = NDArray[np.float64]
 class TrainingSet:
     """Points X (N, 3) [m], values y (N,) [m], noise deviations (N,) [m]; surface points come first.
 
-    `centre` (3,) and `half` [m] are those of the exterior cube, `surface` the number of surface points.
+    `centre` (3,) [m] is that of the exterior cube, `reach` R [m] the largest distance that the kernel is to meet.
     """
 
     X: Array
@@ -29,8 +30,7 @@ class TrainingSet:
     prior: float
     amplitude: float
     centre: Array
-    half: float
-    surface: int
+    reach: float
 
 
 def training_set(observation: Observation, settings: GpisSettings, seed: int) -> TrainingSet:
@@ -49,15 +49,16 @@ def training_set(observation: Observation, settings: GpisSettings, seed: int) ->
     exterior = centre + half * cube_directions()
     interior = interior_mixtures(surface, settings, seed)
     counts = (len(surface), len(exterior), len(interior))
+    X = np.concatenate([surface, exterior, interior])
+    prior = settings.prior_mean if settings.kernel == "thin_plate" else half
     return TrainingSet(
-        X=np.concatenate([surface, exterior, interior]),
+        X=X,
         y=np.repeat([0.0, half, settings.interior_value * half], counts),
         noise=np.repeat([settings.surface_noise, settings.exterior_noise, settings.interior_noise], counts),
-        prior=settings.prior_mean,
+        prior=prior,
         amplitude=half,
         centre=centre,
-        half=half,
-        surface=len(surface),
+        reach=settings.reach_scale * max_distance(X),
     )
 
 
@@ -72,3 +73,9 @@ def interior_mixtures(surface: Array, settings: GpisSettings, seed: int) -> Arra
     u = np.random.default_rng(seed).random((settings.interior_points, len(surface)))
     weights = np.exp((u - u.max(axis=1, keepdims=True)) / settings.interior_temperature)
     return (weights / weights.sum(axis=1, keepdims=True)) @ surface
+
+
+def max_distance(X: Array) -> float:
+    """Largest distance between two of the points X (N, 3) [m]."""
+    squares = (X * X).sum(axis=1)
+    return float(np.sqrt(max((squares[:, None] + squares[None] - 2 * X @ X.T).max(), 0.0)))

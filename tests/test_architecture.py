@@ -10,7 +10,7 @@ import pytest
 PACKAGE = Path(__file__).parents[1] / "sgnlp"
 STAGES = (
     "errors checked settings",
-    "clouds observation",
+    "clouds sampling observation",
     "kernels training gpis",
     "nodes hand kinematics",
     "equilibrium grasp ops energies constraints",

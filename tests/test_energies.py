@@ -142,6 +142,7 @@ def test_the_smooth_terms_tend_to_the_exact_ones(seed):
     problem, functions = posed(settings), oracle(settings, "penalty")
     start, x = random_point(problem, functions.nlp, seed)
     p = problem.parameters(functions.nlp, start.wrist, start.joints)
+    p[block(functions.nlp.parameters, "foot")] = 1.0  # the gap that the exact grasp has
     g = exact_grasp(problem, start, x)
     exact = [term.value(g, Exact()) for term in functions.nlp.terms_used]
     np.testing.assert_allclose(np.array(functions.terms(x, p)).ravel(), exact, rtol=1e-4, atol=1e-6)

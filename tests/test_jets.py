@@ -72,7 +72,7 @@ def test_at_a_ridge_where_the_slope_vanishes_everything_is_finite():
 def test_the_layout_counts_its_points_and_gives_each_kind_its_jets():
     layout, gpis = Layout(m=3, K=4, S=5), surface()
     Q, V = layout.points, layout.uncertain
-    assert (Q, V, layout.distances) == (3 + 12 + 5 + 3, 3 + 12, 3 + 12 + 5)
+    assert (Q, V, layout.distances) == (3 + 12 + 5 + 3 + 3, 3 + 12, 3 + 12 + 5 + 3)
     Z = gpis.centre + 0.06 * sphere_points(Q, 0)
     J, W = gpis.mean_jet(Z), gpis.variance_jet(Z[:V])
     distance, variance, normal, mean = (np.array(block) for block in layout.function()(J.T, W.T))

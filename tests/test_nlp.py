@@ -84,11 +84,19 @@ def composed(functions: Oracle, gpis) -> ca.Function:
     x, p = ca.MX.sym("x", len(nlp.units)), ca.MX.sym("p", sum(nlp.parameters.sizes.values()))
     lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", sum(nlp.row_sizes))
     posterior = symbolic(gpis.kernel, len(gpis.X))
-    each = posterior.map("each", "serial", layout.points, [1, 2, 3, 4, 5, 6], [])
-    results = each.call([nlp.points(x, p).T, *map(ca.DM, parameters(gpis))])
-    mean, gradient, variance = (results[posterior.index_out(n)] for n in ("mean", "gradient", "variance"))
+    m, V, D, before = layout.m, layout.uncertain, layout.distances, layout.before_feet
+
+    def evaluate(Z: ca.MX) -> list[ca.MX]:
+        each = posterior.map(f"each_{Z.size2()}", "serial", Z.size2(), [1, 2, 3, 4, 5, 6], [])
+        results = each.call([Z, *map(ca.DM, parameters(gpis))])
+        return [results[posterior.index_out(n)] for n in ("mean", "gradient", "variance")]
+
+    given, depths = nlp.points(x, p)
+    gradient = evaluate(given[:m, :].T)[1]
+    down = gradient / ca.repmat(ca.sqrt(ca.sum1(gradient**2) + MIN_SLOPE**2), 3, 1)
+    feet = given[:m, :].T - ca.repmat(depths.T, 3, 1) * down
+    mean, gradient, variance = evaluate(ca.horzcat(given[:before, :].T, feet, given[before:, :].T))
     slope = ca.sqrt(ca.sum1(gradient**2) + MIN_SLOPE**2)
-    m, V, D = layout.m, layout.uncertain, layout.distances
 
     def values_only(row: ca.MX) -> ca.MX:
         return ca.horzcat(row.T, ca.MX.zeros(row.numel(), JET - 1))
@@ -129,7 +137,7 @@ def test_the_query_points_are_contacts_paths_spheres_and_targets_in_this_order()
     functions, problem = oracle(LOADED, "penalty"), posed(LOADED)
     start, x = random_point(problem, functions.nlp, 2)
     p = problem.parameters(functions.nlp, start.wrist, start.joints)
-    Z, g = np.array(functions.nlp.points(x, p)), exact_grasp(problem, start, x)
+    Z, g = np.array(functions.nlp.points(x, p)[0]), exact_grasp(problem, start, x)
     m, K, S = functions.nlp.layout.m, functions.nlp.layout.K, functions.nlp.layout.S
     contacts, paths, spheres, targets = np.split(Z, [m, m + m * K, m + m * K + S])
     near = {"atol": 1e-12}

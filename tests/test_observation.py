@@ -13,7 +13,8 @@ import pytest
 
 from sgnlp import clouds
 from sgnlp.errors import InputError
-from sgnlp.observation import Observation, ObservationSettings, farthest_points, load, observe
+from sgnlp.observation import Observation, ObservationSettings, load, observe
+from sgnlp.sampling import farthest_points
 
 TABLE = 0.0
 

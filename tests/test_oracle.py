@@ -52,21 +52,24 @@ def test_a_remembered_answer_equals_a_fresh_one(joined):
     np.testing.assert_array_equal(np.array(oracle.gradient(x, p)[1]), first)
 
 
-def test_the_surface_gives_the_jets_of_the_layout():
+def test_the_surface_gives_the_jets_of_the_layout_with_the_feet_below_the_contacts():
     gpis, layout = surface(), build(posed(SMALL).hand, posed(SMALL).structure("penalty")).layout
-    jets = SurfaceJets(gpis, layout)
-    Z = gpis.centre + 0.05 * np.random.default_rng(0).normal(size=(layout.points, 3))
-    expected = layout.function()(gpis.mean_jet(Z).T, gpis.variance_jet(Z[: layout.uncertain]).T)
-    for found, block in zip(jets(Z), expected, strict=True):
-        np.testing.assert_array_equal(np.array(found), np.array(block))
+    jets, m, before = SurfaceJets(gpis, layout), layout.m, layout.before_feet
+    Z = gpis.centre + 0.05 * np.random.default_rng(0).normal(size=(layout.points - m, 3))
+    depths = np.linspace(0.0, 0.012, m)
+    feet = Z[:m] - depths[:, None] * gpis.normal(Z[:m])
+    mean = gpis.mean_jet(np.concatenate([Z[:before], feet, Z[before:]]))
+    expected = layout.function()(mean.T, gpis.variance_jet(Z[: layout.uncertain]).T)
+    for found, block in zip(jets(Z, depths), expected, strict=True):
+        np.testing.assert_allclose(np.array(found), np.array(block), rtol=1e-9, atol=1e-9)
 
 
 def test_points_that_are_not_finite_give_an_answer_that_is_not_finite_and_are_not_remembered():
     gpis, layout = surface(), build(posed(SMALL).hand, posed(SMALL).structure("penalty")).layout
-    jets, Z = SurfaceJets(gpis, layout), np.full((layout.points, 3), np.nan)
-    assert not np.isfinite(np.array(jets(Z)[0])).any()
-    good = np.zeros((layout.points, 3)) + gpis.centre + 0.04
-    assert np.isfinite(np.array(jets(good)[0])).all()
+    jets, Z, depths = SurfaceJets(gpis, layout), np.full((layout.points - layout.m, 3), np.nan), np.zeros(layout.m)
+    assert not np.isfinite(np.array(jets(Z, depths)[0])).any()
+    good = np.zeros_like(Z) + gpis.centre + 0.04
+    assert np.isfinite(np.array(jets(good, depths)[0])).all()
 
 
 def test_the_functions_carry_the_names_that_ipopt_looks_for(joined):

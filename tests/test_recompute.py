@@ -10,7 +10,6 @@ from scenes import SMALL, exact_grasp, oracle, posed, random_point, random_rotat
 
 from sgnlp.chain import Chain
 from sgnlp.equilibrium import GRAVITY
-from sgnlp.gpis import MIN_SLOPE
 from sgnlp.grasp import Grasp
 from sgnlp.nlp import _Model
 from sgnlp.recompute import equilibrium, rotation_angle
@@ -18,14 +17,14 @@ from sgnlp.settings import Contact, Settings
 
 LOADED = replace(SMALL, contact=Contact(mass=0.3, friction=0.7, samples=5))
 NO_PAD = replace(SMALL, contact=Contact(mass=0.0, pad=False, samples=5))
-SLOPED = ("gaps", "path_gaps", "contact_deviations", "path_deviations", "object_clearances", "normals", "normals_eq")
-"""What divides by |∇μ|, rounded at 0 in the smooth grasp."""
+ROUNDED = ("contact_deviations", "path_deviations", "normals", "normals_eq", "gaps")
+"""√σ² and |∇μ| are rounded at 0 in the smooth grasp."""
 
 
 @cache
 def symbolic_grasp(settings: Settings) -> tuple[ca.Function, list[str]]:
     """(x, p, jets…) → every symbolic field of the grasp, and their names."""
-    nlp = oracle(settings, "penalty").nlp
+    nlp = oracle(settings, "constrained").nlp
     chain = Chain(ca.SX.sym("x", len(nlp.units)))
     p, blocks = nlp.parameters.symbols()
     model = _Model(nlp.hand, nlp.structure, chain, blocks, nlp.units)
@@ -36,11 +35,11 @@ def symbolic_grasp(settings: Settings) -> tuple[ca.Function, list[str]]:
 
 def both(settings: Settings, seed: int) -> tuple[dict[str, np.ndarray], Grasp]:
     """The smooth and the exact grasp at one random point."""
-    functions, problem = oracle(settings, "penalty"), posed(settings)
+    functions, problem = oracle(settings, "constrained"), posed(settings)
     start, x = random_point(problem, functions.nlp, seed)
     p = problem.parameters(functions.nlp, start.wrist, start.joints)
     f, names = symbolic_grasp(settings)
-    numbers = f(x, p, *functions.surface(functions.nlp.points(x, p)))
+    numbers = f(x, p, *functions.surface(*functions.nlp.points(x, p)))
     smooth = {name: np.array(number) for name, number in zip(names, numbers, strict=True)}
     return smooth, exact_grasp(problem, start, x)
 
@@ -52,36 +51,20 @@ def test_the_numpy_grasp_equals_the_symbolic_one(settings, seed):
     assert {"tips", "contacts_eq", "rotation", "stiffness", "forces_eq", "pair_clearances"} <= smooth.keys()
     for name, value in smooth.items():
         expected = np.asarray(getattr(exact, name)).reshape(value.shape)
-        if name not in SLOPED:
-            np.testing.assert_allclose(value, expected, rtol=1e-8, atol=1e-9, err_msg=name)
+        rtol = 1e-4 if name in ROUNDED else 1e-8
+        atol = 2e-6 if name == "gaps" else 1e-9  # [m]: the feet follow the normals
+        np.testing.assert_allclose(value, expected, rtol=rtol, atol=atol, err_msg=name)
 
 
-@pytest.mark.parametrize("settings", [LOADED, NO_PAD], ids=["loaded", "no_pad"])
-@pytest.mark.parametrize("seed", range(4))
-def test_metric_quantities_agree_but_for_the_rounding_of_the_slope(settings, seed):
-    smooth, g = both(settings, seed)
-    gpis, K = posed(settings).gpis, g.path_samples
-    along = np.linspace(0, 1, K)[:, None]
-    paths = np.concatenate([along * o + (1 - along) * a for o, a in zip(g.targets, g.tips, strict=True)])
-
-    def rounding(Z):
-        slope = np.linalg.norm(gpis.gradient(Z), axis=1)
-        return slope / np.sqrt(slope**2 + MIN_SLOPE**2)
-
-    pad = np.array([finger.radius for finger in posed(settings).hand.fingers]) * settings.contact.pad
-    near = {"rtol": 1e-8, "atol": 1e-9}
-    for name, Z, less in (
-        ("gaps", g.contacts, pad),
-        ("path_gaps", paths, np.repeat(pad, K)),
-        ("object_clearances", g.spheres, g.radii),
-    ):
-        expected = (getattr(g, name) + less) * rounding(Z) - less
-        np.testing.assert_allclose(smooth[name].ravel(), expected, **near, err_msg=name)
-    for name, Z in (("contact_deviations", g.contacts), ("path_deviations", paths)):
-        np.testing.assert_allclose(smooth[name].ravel(), getattr(g, name) * rounding(Z), rtol=1e-5, err_msg=name)
-    for name in ("normals", "normals_eq"):
-        expected = getattr(g, name) * rounding(g.contacts)[:, None]
-        np.testing.assert_allclose(smooth[name], expected, **near, err_msg=name)
+def test_in_the_penalty_formulation_the_gap_is_that_of_the_centre_less_the_radius():
+    functions, problem = oracle(LOADED, "penalty"), posed(LOADED)
+    start, x = random_point(problem, functions.nlp, 0)
+    p = problem.parameters(functions.nlp, start.wrist, start.joints)
+    f, names = symbolic_grasp(LOADED)
+    numbers = f(x, p, *functions.surface(*functions.nlp.points(x, p)))
+    gaps = np.array(numbers[names.index("gaps")]).ravel()
+    contacts = exact_grasp(problem, start, x).contacts
+    np.testing.assert_allclose(gaps, problem.gpis.distance(contacts) - 0.012, atol=1e-9)
 
 
 def test_contacts_forces_and_normals_obey_the_equations_of_the_grasp():
@@ -90,7 +73,7 @@ def test_contacts_forces_and_normals_obey_the_equations_of_the_grasp():
     np.testing.assert_allclose(g.forces, g.gains[:, None] * (g.targets - g.contacts))
     np.testing.assert_allclose(g.forces_eq, g.gains[:, None] * (g.targets - g.contacts_eq))
     np.testing.assert_allclose(g.forces_eq.sum(axis=0), [0, 0, 0.3 * GRAVITY], atol=1e-10)
-    np.testing.assert_allclose(np.linalg.norm(g.normals, axis=1), 1)
+    np.testing.assert_allclose(np.linalg.norm(g.normals, axis=1), 1, rtol=1e-4)
     shape, shape_eq = (np.linalg.norm(p[:, None] - p[None], axis=2) for p in (g.contacts, g.contacts_eq))
     np.testing.assert_allclose(shape, shape_eq, atol=1e-12)  # the object is rigid
 

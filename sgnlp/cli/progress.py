@@ -1,5 +1,7 @@
-"""The progress bar."""
+"""The progress bar, and Ctrl-C while it is shown."""
 
+import os
+import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -11,6 +13,39 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 def starts_bar(console: Console, total: int, show: bool) -> Iterator[Callable[[object], None]]:
     """A progress bar over starts, on a terminal only; gives the callback that advances it by one."""
     columns = (TextColumn("solving"), BarColumn(), MofNCompleteColumn(), TextColumn("starts"), TimeElapsedColumn())
-    with Progress(*columns, console=console, disable=not (show and console.is_terminal), transient=True) as bar:
+    hidden = not (show and console.is_terminal)
+    with interrupts() as check, Progress(*columns, console=console, disable=hidden, transient=True) as bar:
         task = bar.add_task("solve", total=total)
-        yield lambda result: bar.advance(task)
+
+        def advance(result: object) -> None:
+            check()
+            bar.advance(task)
+
+        yield advance
+
+
+@contextmanager
+def interrupts() -> Iterator[Callable[[], None]]:
+    """Ctrl-C raises KeyboardInterrupt, and again wherever the given function is called and at the end, however reached.
+
+    Once is not enough: CasADi clears the errors that it meets in converting arguments, and with them one Ctrl-C of
+    ten that come while the symbolic functions are built; a thread that is starting turns it into another error.
+    """
+    caught, owner = False, os.getpid()
+
+    def handle(number: int, frame: object) -> None:
+        nonlocal caught
+        caught = True
+        if os.getpid() == owner:  # a process just forked is ended by its parent
+            raise KeyboardInterrupt
+
+    def check() -> None:
+        if caught:
+            raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, handle)
+    try:
+        yield check
+    finally:
+        signal.signal(signal.SIGINT, before)
+        check()

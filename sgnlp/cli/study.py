@@ -3,9 +3,9 @@
 import os
 import shlex
 import sys
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import tyro
 from rich.console import Console
@@ -15,7 +15,7 @@ from sgnlp.cli import flags
 from sgnlp.cli.progress import starts_bar
 from sgnlp.convergence import Row, case, table, view_sets
 from sgnlp.hand import Hand, load_hand
-from sgnlp.observation import load
+from sgnlp.observation import Observation, load
 from sgnlp.settings import ROBUST, Settings
 
 
@@ -51,7 +51,10 @@ class Study:
         results.writable(folder)
         rows_file, hand = folder / "rows.csv", load_hand(self.hand, self.settings.spheres)
         wholes = [load(file) for file in self.files]  # so that a bad one is told before the hours of work
+        made = self._made(wholes)
+        results.same_study(folder / "made.json", made)
         rows = results.read_rows(rows_file, Row)
+        results.write_text(folder / "made.json", results.json_text(made))
         done = {(row.object, row.view_names) for row in rows}
         for file, whole in zip(self.files, wholes, strict=True):
             for views in view_sets(whole.view_names):
@@ -60,7 +63,6 @@ class Study:
                     results.write_rows(rows_file, rows)
         lines = table(rows)
         results.write_text(folder / "table.md", report.markdown(lines))
-        results.write_text(folder / "made.json", results.json_text(self._made()))
         console.print(report.rows_table(f"{self.name}, preset {self.preset}", lines))
         console.print(f"written: {folder}", soft_wrap=True)
         return 0
@@ -78,10 +80,16 @@ class Study:
                 progress=advance,
             )
 
-    def _made(self) -> dict[str, object]:
+    def _made(self, observations: list[Observation]) -> dict[str, Any]:
         return {
             "command": shlex.join(["sgnlp", *sys.argv[1:]]),
-            "seed": self.seed,
+            "study": {
+                "seed": self.seed,
+                "starts": self.starts,
+                "hand": self.hand,
+                "settings": asdict(self.settings),
+            },
+            "inputs": {observation.name: observation.digest for observation in observations},
             "versions": environment.versions(),
             "machine": environment.machine(),
         }

@@ -11,7 +11,7 @@ FAINT_DENSITY = 1e-2
 
 
 class Distance(Term):
-    """E_dist = Σ |d(p_i)|, d the metric distance of the pad to the surface."""
+    """E_dist = Σ |d_i|, d_i the metric distance of a pad to the surface."""
 
     name = weight = "dist"
     constrained_elsewhere = True

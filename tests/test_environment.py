@@ -1,0 +1,55 @@
+"""Versions, machine, solvers and kinematics backend are told, and what is missing never stops a command."""
+
+import builtins
+import platform
+
+import casadi
+import numpy
+import pytest
+
+import sgnlp
+from sgnlp import environment
+from sgnlp.kinematics import backends
+
+
+def test_versions_are_those_that_run():
+    found = environment.versions()
+    assert found["python"] == platform.python_version()
+    assert (found["numpy"], found["casadi"]) == (numpy.__version__, casadi.__version__)
+    assert found["sgnlp"] == sgnlp.__version__
+    assert set(found) == {"python", *environment.PACKAGES}
+
+
+def test_a_package_that_is_not_installed_is_missing(monkeypatch):
+    monkeypatch.setattr(environment, "PACKAGES", ("numpy", "no-such-package"))
+    assert environment.versions()["no-such-package"] == "missing"
+
+
+def test_the_machine_has_a_system_and_a_processor():
+    found = environment.machine()
+    assert found["system"] == platform.system()
+    assert all(isinstance(value, str) and value for value in found.values())
+
+
+@pytest.mark.parametrize("content", [None, "no such line\n"])
+def test_a_processor_without_a_name_is_called_by_its_kind(monkeypatch, tmp_path, content):
+    cpuinfo = tmp_path / "cpuinfo"
+    if content is not None:
+        cpuinfo.write_text(content)
+    monkeypatch.setattr(builtins, "open", lambda name, *rest: cpuinfo.open())
+    assert environment.machine()["processor"] == (platform.processor() or platform.machine())
+
+
+def test_the_solvers_that_are_found_can_be_made():
+    found = environment.solvers()
+    assert found["nlpsol ipopt"]
+    assert found["linsol mumps"]
+    x = casadi.SX.sym("x")
+    for name in (name for name, there in found.items() if there and name.startswith("nlpsol")):
+        assert casadi.has_nlpsol(name.removeprefix("nlpsol ")), name
+    solver = casadi.nlpsol("s", "ipopt", {"x": x, "f": (x - 1) ** 2}, {"ipopt.print_level": 0, "print_time": False})
+    assert float(solver()["x"]) == pytest.approx(1)
+
+
+def test_the_backend_is_the_preferred_one_of_those_that_run_here():
+    assert environment.kinematics_backend() == backends()[0]

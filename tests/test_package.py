@@ -1,0 +1,113 @@
+"""The package as it is installed: what the wheel holds, the public names, the entry point, the README's example."""
+
+import configparser
+import importlib.metadata
+import importlib.util
+import inspect
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+import sgnlp
+
+ROOT = Path(__file__).parents[1]
+SOURCES = ("sgnlp", "urdf", "setup.cfg", "pyproject.toml", "README.md", "LICENSE")
+WHEEL_ALONE = (70, 1)  # the version of setuptools that builds wheels without the package wheel
+
+
+def setuptools_builds_wheels() -> bool:
+    if importlib.util.find_spec("wheel"):
+        return True
+    if not importlib.util.find_spec("setuptools"):
+        return False
+    version = importlib.metadata.version("setuptools").split(".")
+    return tuple(map(int, version[:2])) >= WHEEL_ALONE
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory) -> zipfile.ZipFile:
+    """The wheel built from a copy of the sources, so that no build folder is left in them."""
+    if not setuptools_builds_wheels():
+        pytest.skip("neither setuptools >= 70.1 nor wheel is installed, and the test suite downloads nothing")
+    folder = tmp_path_factory.mktemp("source")
+    for name in SOURCES:
+        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
+        copy(ROOT / name, folder / name)
+    pip = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", "dist", "."]
+    done = subprocess.run(pip, cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    (file,) = (folder / "dist").glob("*.whl")
+    return zipfile.ZipFile(file)
+
+
+def python(code: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+
+
+def test_the_wheel_holds_every_module_and_every_hand(wheel):
+    names = set(wheel.namelist())
+    modules = {str(path.relative_to(ROOT)) for path in (ROOT / "sgnlp").rglob("*.py")}
+    hands = {f"sgnlp/{path.relative_to(ROOT)}" for path in (ROOT / "urdf").glob("*/hand.yaml")}
+    assert len(hands) >= 2
+    assert modules | hands | {"sgnlp/py.typed"} <= names
+
+
+def test_the_wheel_holds_nothing_but_the_package(wheel):
+    top = {name.split("/")[0] for name in wheel.namelist()}
+    assert top == {"sgnlp", f"sgnlp-{sgnlp.__version__}.dist-info"}
+    assert not [name for name in wheel.namelist() if re.search(r"test|problems|results/|\.npz|\.pyc|cache", name)]
+
+
+def test_the_wheel_names_the_command_and_what_it_needs(wheel):
+    info = f"sgnlp-{sgnlp.__version__}.dist-info"
+    assert "sgnlp = sgnlp.cli:main" in wheel.read(f"{info}/entry_points.txt").decode()
+    metadata = wheel.read(f"{info}/METADATA").decode()
+    for package in ("casadi", "pin", "example-robot-data", "numpy", "scipy", "open3d", "tyro", "rich", "pyyaml"):
+        assert re.search(rf"^Requires-Dist: {package}\b", metadata, re.MULTILINE), package
+
+
+def test_the_sources_are_left_as_they_were(wheel):
+    assert not (ROOT / "build").exists()
+
+
+@pytest.mark.parametrize("name", sgnlp.__all__)
+def test_every_public_name_is_there_and_documented(name):
+    documentation = inspect.getdoc(getattr(sgnlp, name))
+    assert documentation
+    assert not documentation.startswith(f"{name}(")  # what a dataclass writes for itself
+
+
+def test_the_public_names_are_sorted_and_complete():
+    assert list(sgnlp.__all__) == sorted(set(sgnlp.__all__))
+    assert {"load", "solve", "load_grasps", "preset"} <= set(sgnlp.__all__)
+
+
+def test_the_version_is_that_of_the_metadata():
+    config = configparser.ConfigParser()
+    config.read(ROOT / "setup.cfg")
+    assert config["metadata"]["version"] == sgnlp.__version__
+
+
+def test_the_command_is_an_entry_point():
+    (entry,) = importlib.metadata.entry_points(group="console_scripts", name="sgnlp")
+    assert callable(entry.load())
+
+
+def test_neither_the_package_nor_the_command_needs_open3d():
+    done = python("import sys; sys.modules['open3d'] = None; import sgnlp, sgnlp.cli; sgnlp.load('problems/mug.npz')")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_the_example_of_the_readme_is_short_and_runs():
+    (example,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    statements = [line for line in example.splitlines() if line]
+    assert len(statements) <= 12
+    done = python(example)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    assert len(done.stdout.splitlines()) > 3
