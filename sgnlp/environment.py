@@ -8,6 +8,7 @@ from typing import Any
 import casadi as ca
 
 from sgnlp.kinematics import backend
+from sgnlp.native import library, processor
 
 PACKAGES = ("sgnlp", "casadi", "pin", "example-robot-data", "numpy", "scipy", "open3d")
 
@@ -34,14 +35,16 @@ def solvers() -> dict[str, bool]:
     return {f"nlpsol {name}": ca.has_nlpsol(name) for name in ("ipopt", "sqpmethod", "fatrop", "uno")} | linear
 
 
+def surface_backend() -> str:
+    """How the surface is evaluated: in compiled C, or in NumPy where no C compiler is found."""
+    return "compiled C" if library() is not None else "NumPy (no C compiler found)"
+
+
 def kinematics_backend() -> str:
     """The symbolic forward kinematics in use."""
     return backend()
 
 
 def _processor() -> str:
-    try:
-        with open("/proc/cpuinfo") as file:
-            return next(line.split(":", 1)[1].strip() for line in file if line.startswith("model name"))
-    except (OSError, StopIteration):
-        return platform.processor() or platform.machine()
+    names = [line.split(":", 1)[1].strip() for line in processor().splitlines() if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()

@@ -77,7 +77,7 @@ def learning_rates(nlp: Nlp) -> Array:
 def descend(problem: Problem, start: Start, optimiser: str, steps: int) -> Descent:
     """Run `steps` steps of an optimiser on the smoothed penalty energy from a start."""
     nlp = build(problem.hand, problem.structure("penalty"))
-    oracle = join(nlp, problem.gpis)
+    oracle = join(nlp, problem.gpis, problem.settings.solver.compiled)
     p = problem.parameters(nlp, start.wrist, start.joints)
     low, high = problem.variable_bounds(nlp, start.joints)
     step = OPTIMISERS[optimiser](learning_rates(nlp))

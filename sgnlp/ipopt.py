@@ -47,6 +47,8 @@ def options(solver: Solver, iterations: int) -> dict[str, Any]:
         "ipopt.mu_strategy": solver.mu_strategy,
         "ipopt.mu_init": solver.mu_init,
         "ipopt.linear_solver": solver.linear_solver,
+        "ipopt.mumps_scaling": 0,  # the variables and rows are scaled; MUMPS's own costs a quarter of an iteration
+        "ipopt.mumps_permuting_scaling": 0,
         "print_time": False,
         "no_nlp_grad": True,
         "calc_lam_p": False,
@@ -86,9 +88,10 @@ class Planner:
         ]
 
     def _phase(self, formulation: str, iterations: int) -> Phase:
-        problem = self.problem
-        oracle = join(build(problem.hand, problem.structure(formulation)), problem.gpis)
-        return Phase(oracle, nlp_solver(oracle, problem.settings.solver, iterations))
+        problem, solver = self.problem, self.problem.settings.solver
+        nlp = build(problem.hand, problem.structure(formulation))
+        oracle = join(nlp, problem.gpis, solver.compiled)
+        return Phase(oracle, nlp_solver(oracle, solver, iterations))
 
     def solve(self, start: Start) -> Iterate:
         """Run the phases from a start, each from where the one before it ended."""

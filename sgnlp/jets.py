@@ -1,7 +1,7 @@
 """Jets: values and derivatives of surface quantities at query points, numbers that stand in for the kernel sum.
 
-The posterior gives raw jets of μ (order 3) and σ² (order 2). `metric` turns them, by CasADi's differentiation of
-Taylor polynomials, into jets of order 2 of what the grasp needs:
+The posterior gives raw jets of μ (order 3) and σ² (order 2). Products and powers of jets turn them into jets of
+order 2 of what the grasp needs:
 
     d = μ/|∇μ|,   n = ∇μ/|∇μ|,   σ_d² = σ²/|∇μ|²,   μ
 
@@ -38,24 +38,46 @@ def expand(jets: ca.SX, delta: ca.SX) -> ca.SX:
     return ca.vertcat(*[polynomial(jets[q, :], delta[q, :], (SINGLES, PAIRS)) for q in range(jets.shape[0])])
 
 
-def _jet(y: ca.SX, delta: ca.SX) -> ca.SX:
-    """The jet (1, 10) of y(δ) at δ = 0."""
-    H, g = ca.hessian(y, delta)
-    row = ca.horzcat(y, g.T, *[H[a, b] for a, b in PAIRS])
-    return ca.substitute(row, delta, ca.SX.zeros(3))
+def product(x: ca.SX, y: ca.SX) -> ca.SX:
+    """The jet (10) of xy: Leibniz' rule on the jets of x and y."""
+    first = [x[0] * y[1 + a] + y[0] * x[1 + a] for a in range(3)]
+    second = [
+        x[0] * y[4 + i] + y[0] * x[4 + i] + x[1 + a] * y[1 + b] + x[1 + b] * y[1 + a] for i, (a, b) in enumerate(PAIRS)
+    ]
+    return ca.vertcat(x[0] * y[0], *first, *second)
 
 
-def metric() -> ca.Function:
-    """(raw jets of μ (20) and σ² (10)) → jets of μ (10), d (10), n (3 x 10 in a row), σ_d² (10) at one point."""
-    J, V, delta = ca.SX.sym("J", MEAN_JET), ca.SX.sym("V", VARIANCE_JET), ca.SX.sym("delta", 3)
-    mean = polynomial(J, delta, (SINGLES, PAIRS, TRIPLES))
-    variance = polynomial(V, delta, (SINGLES, PAIRS))
-    gradient = ca.gradient(mean, delta)
-    slope = ca.sqrt(ca.sumsqr(gradient) + MIN_SLOPE**2)
-    normal = ca.horzcat(*[_jet(gradient[a] / slope, delta) for a in range(3)])
-    outputs = [J[:JET].T, _jet(mean / slope, delta), normal, _jet(variance / slope**2, delta)]
-    names = ["mean", "distance", "normal", "variance"]
-    return ca.Function("metric", [J, V], ca.cse(outputs), ["J", "V"], names)
+def power(x: ca.SX, exponent: float, value: ca.SX) -> ca.SX:
+    """The jet (10) of x^exponent, whose value is given: the chain rule on the jet of x."""
+    slope = exponent * value / x[0]
+    bend = (exponent - 1) * slope / x[0]
+    bent = [bend * x[1 + a] for a in range(3)]
+    second = [slope * x[4 + i] + bent[a] * x[1 + b] for i, (a, b) in enumerate(PAIRS)]
+    return ca.vertcat(value, slope * x[1:4], *second)
+
+
+def _index(*axes: int) -> int:
+    """Where the derivative along the axes stands in a jet of order 3."""
+    orders = [(()), *SINGLES, *PAIRS, *TRIPLES]
+    return orders.index(tuple(sorted(axes)))
+
+
+def metric() -> dict[str, ca.Function]:
+    """Functions of the raw jets of μ (20) and σ² (10) at a point: jets (10) of d, σ_d² and of the three n (30)."""
+    J, V = ca.SX.sym("J", MEAN_JET), ca.SX.sym("V", VARIANCE_JET)
+    axes = [(), *SINGLES, *PAIRS]
+    gradient = [ca.vertcat(*[J[_index(a, *rest)] for rest in axes]) for a in range(3)]
+    square = sum((product(g, g) for g in gradient), start=ca.SX.zeros(JET))
+    square[0] += MIN_SLOPE**2
+    root = 1 / ca.sqrt(square[0])
+    inverse, inverse_square = power(square, -0.5, root), power(square, -1, root * root)
+    distance, variance = product(J[:JET], inverse), product(V, inverse_square)
+    normal = ca.vertcat(*[product(g, inverse) for g in gradient])
+    return {
+        "distance": ca.Function("distance", [J], ca.cse([distance])),
+        "distance_variance": ca.Function("distance_variance", [J, V], ca.cse([distance, variance])),
+        "normal": ca.Function("normal", [J], ca.cse([normal])),
+    }
 
 
 @dataclass(frozen=True)
@@ -103,8 +125,8 @@ class Layout:
         """(raw jets of μ (20, Q), of σ² (10, V)) → the four blocks of `symbols`."""
         J, V = ca.MX.sym("J", MEAN_JET, self.points), ca.MX.sym("V", VARIANCE_JET, self.uncertain)
         point = metric()
-        m, V_, D, Q = self.m, self.uncertain, self.distances, self.points
-        padded = ca.horzcat(V, ca.MX.zeros(VARIANCE_JET, Q - V_))
-        mean, distance, normal, variance = [ca.reshape(o, -1, Q) for o in point.map(Q)(J, padded)]
-        blocks = [distance[:, :D].T, variance[:, :V_].T, normal[:, :m].T, mean[:, D:].T]
+        m, V_, D = self.m, self.uncertain, self.distances
+        both = point["distance_variance"].map(V_)(J[:, :V_], V)
+        rest = point["distance"].map(D - V_)(J[:, V_:D])
+        blocks = [ca.horzcat(both[0], rest).T, both[1].T, point["normal"].map(m)(J[:, :m]).T, J[:JET, D:].T]
         return ca.Function("jets", [J, V], blocks)

@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp import native
 from sgnlp.gpis import MEAN_JET, MIN_SLOPE, VARIANCE_JET, Gpis
 from sgnlp.jets import Layout
 from sgnlp.nlp import Nlp
@@ -24,9 +25,10 @@ class SurfaceJets(ca.Callback):
     The feet follow from the normals at the contacts. The answer at the last points is remembered.
     """
 
-    def __init__(self, gpis: Gpis, layout: Layout):
+    def __init__(self, gpis: Gpis, layout: Layout, compiled: bool = True):
         ca.Callback.__init__(self)
-        self._gpis, self._layout = gpis, layout
+        self._layout, library = layout, native.library() if compiled else None
+        self._raw_jets = gpis.jets if library is None else native.NativeJets(library, gpis)
         self._metric = layout.function()
         self._buffer, self._evaluate = self._metric.buffer()
         self._raw = np.zeros((layout.points, MEAN_JET)), np.zeros((layout.uncertain, VARIANCE_JET))
@@ -79,12 +81,11 @@ class SurfaceJets(ca.Callback):
         """Raw jets at the given points and, between them, at the feet."""
         m, before = self._layout.m, self._layout.before_feet
         mean, variance = self._raw
-        given = self._gpis.mean_jet(Z)
+        given, variance[:] = self._raw_jets(Z, self._layout.uncertain)
         gradient = given[:m, 1:4]
         normals = gradient / np.sqrt((gradient**2).sum(axis=1, keepdims=True) + MIN_SLOPE**2)
         mean[:before], mean[before + m :] = given[:before], given[before:]
-        mean[before : before + m] = self._gpis.mean_jet(Z[:m] - radii[:, None] * normals)
-        variance[:] = self._gpis.variance_jet(Z[: self._layout.uncertain])
+        mean[before : before + m] = self._raw_jets(Z[:m] - radii[:, None] * normals, 0)[0]
 
 
 @dataclass(frozen=True)
@@ -104,9 +105,9 @@ class Oracle:
     terms: ca.Function
 
 
-def join(nlp: Nlp, gpis: Gpis) -> Oracle:
-    """The oracle of an `Nlp` over a fitted surface."""
-    surface = SurfaceJets(gpis, nlp.layout)
+def join(nlp: Nlp, gpis: Gpis, compiled: bool = True) -> Oracle:
+    """The oracle of an `Nlp` over a fitted surface, its jets in C if `compiled` and there is a compiler."""
+    surface = SurfaceJets(gpis, nlp.layout, compiled)
     x, p = ca.MX.sym("x", len(nlp.units)), ca.MX.sym("p", sum(nlp.parameters.sizes.values()))
     lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", sum(nlp.row_sizes))
     jets = surface(*nlp.points(x, p))

@@ -214,6 +214,8 @@ class Solver(Checked):
     """barrier strategy"""
     mu_init: float = 0.1
     """first barrier parameter"""
+    compiled: bool = True
+    """evaluate the surface in C where a compiler is found, else in NumPy; the results agree to rounding"""
     linear_solver: Literal["mumps", "spral"] = "mumps"
     """linear solver of Ipopt: mumps or spral in casadi's wheel"""
 

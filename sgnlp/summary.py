@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from sgnlp.energies import TERMS
-from sgnlp.environment import kinematics_backend, machine, versions
+from sgnlp.environment import kinematics_backend, machine, surface_backend, versions
 from sgnlp.grasps import Grasps, stack
 from sgnlp.plan import Plan
 from sgnlp.solution import Solution
@@ -26,6 +26,7 @@ def meta(plan: Plan) -> dict[str, Any]:
         "timeout": plan.timeout,
         "versions": versions(),
         "kinematics": kinematics_backend(),
+        "surface": surface_backend() if plan.problem.settings.solver.compiled else "NumPy",
         "machine": machine(),
         "seconds": plan.seconds | {"jobs": plan.jobs},
     }

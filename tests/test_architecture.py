@@ -14,7 +14,7 @@ STAGES = (
     "kernels training gpis",
     "nodes hand kinematics",
     "equilibrium grasp ops energies constraints",
-    "chain jets parameters nlp oracle kkt",
+    "chain jets native parameters nlp oracle kkt",
     "problem starts ipopt recompute solution pool plan",
     "firstorder convergence",
     "environment grasps results summary report",

@@ -30,7 +30,10 @@ class Doctor:
             "machine": environment.machine(),
             "versions": environment.versions(),
             "solvers": {name: "found" if found else "missing" for name, found in environment.solvers().items()},
-            "forward kinematics": {"backend": environment.kinematics_backend()},
+            "evaluated by": {
+                "forward kinematics": environment.kinematics_backend(),
+                "surface": environment.surface_backend(),
+            },
         }
         for title, rows in facts.items():
             console.print(report.facts_table(title, rows))

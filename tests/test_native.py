@@ -1,0 +1,85 @@
+"""The compiled jets: the same numbers as NumPy's, the same bits every time, and NumPy where there is no compiler."""
+
+import numpy as np
+import pytest
+from scenes import SMALL, posed, sphere_points, surface
+
+from sgnlp import native
+from sgnlp.kernels import KERNELS
+from sgnlp.nlp import build
+from sgnlp.oracle import SurfaceJets
+
+
+@pytest.fixture
+def library():
+    found = native.library()
+    if found is None:
+        pytest.skip("no C compiler")
+    return found
+
+
+@pytest.mark.parametrize("name", sorted(KERNELS))
+@pytest.mark.parametrize("count", [24, 60, 61])
+def test_the_compiled_jets_equal_those_of_numpy(library, name, count):
+    gpis = surface(name, count)
+    Z = gpis.centre + 0.08 * sphere_points(37, 1) * np.linspace(0.2, 1, 37)[:, None]
+    Z[5], Z[6] = gpis.X[3], gpis.centre + np.array([0.0, 0.0, 3 * gpis.reach])  # on a training point, and far outside
+    mean, variance = native.NativeJets(library, gpis)(Z, 19)
+    for found, expected in ((mean, gpis.mean_jet(Z)), (variance, gpis.variance_jet(Z[:19]))):
+        scale = np.abs(expected).max(axis=0)
+        np.testing.assert_allclose(found / scale, expected / scale, atol=1e-9)
+
+
+def test_a_points_jet_does_not_depend_on_its_neighbours_and_is_the_same_every_time(library):
+    gpis = surface()
+    jets, Z = native.NativeJets(library, gpis), gpis.centre + 0.05 * sphere_points(30, 2)
+    mean, variance = jets(Z, 30)
+    for _ in range(2):
+        again = jets(Z[::-1], 30)
+        np.testing.assert_array_equal(again[0][::-1], mean)
+        np.testing.assert_array_equal(again[1][::-1], variance)
+
+
+def test_without_variance_points_the_mean_is_the_same(library):
+    gpis = surface()
+    jets, Z = native.NativeJets(library, gpis), gpis.centre + 0.05 * sphere_points(9, 3)
+    mean, variance = jets(Z, 0)
+    assert variance.shape == (0, 10)
+    np.testing.assert_allclose(mean, gpis.mean_jet(Z), rtol=1e-8, atol=1e-8)
+
+
+@pytest.fixture
+def no_library():
+    """The library forgotten before the test, and again after it."""
+    native.library.cache_clear()
+    yield
+    native.library.cache_clear()
+
+
+def test_without_a_compiler_the_surface_is_numpys(no_library, monkeypatch):
+    monkeypatch.setenv("CC", "no-such-compiler")
+    assert native.library() is None
+    layout = build(posed(SMALL).hand, posed(SMALL).structure("penalty")).layout
+    jets, Z = SurfaceJets(surface(), layout), surface().centre + 0.05 * sphere_points(layout.points - layout.m, 0)
+    assert np.isfinite(np.array(jets(Z, np.full(layout.m, 0.012))[0])).all()
+
+
+def test_a_compiler_that_fails_leaves_nothing_in_the_cache(no_library, monkeypatch, tmp_path):
+    fake = tmp_path / "cc"
+    fake.write_text("#!/bin/sh\nexit 1\n")
+    fake.chmod(0o755)
+    monkeypatch.setenv("CC", str(fake))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    assert native.library() is None
+    assert not [path for path in (tmp_path / "cache").rglob("*") if path.is_file()]
+
+
+def test_a_build_is_kept_and_found_again(library, no_library, monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert native.library() is not None
+    (built,) = tmp_path.rglob("*.so")
+    before = built.stat().st_mtime_ns
+    native.library.cache_clear()
+    assert native.library() is not None
+    assert built.stat().st_mtime_ns == before
+    assert list(built.parent.iterdir()) == [built]
