@@ -42,12 +42,18 @@ class Row:
     penalty_solved: bool
     penalty_iterations: int
     first_order_energy: float
+    first_order_anywhere: float
     failure: str = ""
 
     @property
     def lower(self) -> bool:
-        """Whether Ipopt's penalty energy is below the first-order one."""
+        """Whether Ipopt's penalty energy is below the first-order one, taken where the same rows hold."""
         return self.penalty_energy < self.first_order_energy
+
+    @property
+    def lower_than_anywhere(self) -> bool:
+        """The same against the lowest first-order energy at any point, rows met or not."""
+        return self.penalty_energy < self.first_order_anywhere
 
 
 def view_sets(names: Sequence[str]) -> list[list[str]]:
@@ -77,7 +83,8 @@ def compare(planner: Planner, start: Start) -> Row:
         penalty_energy=ENERGY_UNIT * penalty.objective,
         penalty_solved=penalty.kkt.worst <= SOLVED_FACTOR * settings.solver.tolerance,
         penalty_iterations=penalty.iterations,
-        first_order_energy=ENERGY_UNIT * descent.best,
+        first_order_energy=ENERGY_UNIT * descent.admissible,
+        first_order_anywhere=ENERGY_UNIT * descent.best,
     )
 
 
@@ -127,6 +134,7 @@ def _line(name: str, views: str, rows: list[Row]) -> dict[str, str]:
         "median iterations": median(row.iterations for row in ended) if ended else "-",
         "median time [s]": f"{median(row.seconds for row in ended):.2f}" if ended else "-",
         "penalty solved": sum(row.penalty_solved for row in rows),
-        "energy below AdamW": sum(row.lower for row in rows),
+        "below AdamW": sum(row.lower for row in rows),
+        "below AdamW off bounds": sum(row.lower_than_anywhere for row in rows),
     }
     return {"object": name, "views": views} | {key: str(value) for key, value in numbers.items()}

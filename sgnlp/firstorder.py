@@ -1,7 +1,7 @@
 """First-order optimisers on the oracle of the penalty formulation: what the paper and its release run.
 
-They see the same smoothed energy and the same bounds (by projection) as Ipopt, but no other constraint, which only
-favours them.
+They see the same smoothed energy and the same bounds (by projection) as Ipopt. They know nothing of the rows that bound
+the rotation, the stiffness and the workspace, so their lowest energy is told twice: anywhere, and where the rows hold.
 """
 
 from collections.abc import Callable
@@ -25,6 +25,8 @@ ADAM_MEANS = (0.9, 0.999)
 """Decay rates of AdamW's moments (Loshchilov & Hutter 2019)."""
 RMSPROP_MEAN = 0.99
 """Decay rate of RMSProp's second moment (PyTorch's default)."""
+ROW_SLACK = 1e-6
+"""Rounding allowed to a scaled row."""
 EPSILON = 1e-8
 """Guard of the division by the root of the second moment."""
 
@@ -33,9 +35,13 @@ Step = Callable[[int, Array, Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """Lowest smoothed energy on the way (in the solver's unit), where, and the energy at every step."""
+    """Lowest smoothed energy on the way (in the solver's unit), where, and the energy at every step.
+
+    `admissible` is the lowest among the points that meet the formulation's rows, infinite if none does.
+    """
 
     best: float
+    admissible: float
     x: Array
     energies: Array  # (steps + 1,)
 
@@ -80,13 +86,18 @@ def descend(problem: Problem, start: Start, optimiser: str, steps: int) -> Desce
     oracle = join(nlp, problem.gpis, problem.settings.solver.compiled)
     p = problem.parameters(nlp, start.wrist, start.joints)
     low, high = problem.variable_bounds(nlp, start.joints)
+    g_low, g_high = problem.row_bounds(nlp)
     step = OPTIMISERS[optimiser](learning_rates(nlp))
     x = np.clip(initial(nlp, start), low, high)
-    energies, best, best_x = np.empty(steps + 1), np.inf, x
+    energies, best, admissible, best_x = np.empty(steps + 1), np.inf, np.inf, x
     for i in range(steps + 1):
         f, gradient = oracle.gradient(x, p)
         energies[i] = float(f)
         if energies[i] < best:
             best, best_x = energies[i], x
+        if energies[i] < admissible:
+            g = np.array(oracle.rows(x, p)).ravel()
+            inside = (g >= g_low - ROW_SLACK).all() and (g <= g_high + ROW_SLACK).all()
+            admissible = energies[i] if inside else admissible
         x = np.clip(step(i + 1, x, np.array(gradient).ravel()), low, high)
-    return Descent(best, best_x, energies)
+    return Descent(best, admissible, best_x, energies)

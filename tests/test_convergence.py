@@ -14,8 +14,10 @@ from sgnlp.cli import run
 from sgnlp.convergence import Row, case, table, view_sets
 from sgnlp.errors import InputError
 
-GOOD = Row("mug", "a b", 0, True, True, 0.1, 1e-8, 60, 1.5, "Solve_Succeeded", -30.0, True, 40, -20.0)
-FAILED = Row("mug", "a b", 1, False, False, math.nan, math.nan, 0, math.nan, "", math.nan, False, 0, math.nan, "killed")
+GOOD = Row("mug", "a b", 0, True, True, 0.1, 1e-8, 60, 1.5, "Solve_Succeeded", -30.0, True, 40, -20.0, -20.0)
+FAILED = Row(
+    "mug", "a b", 1, False, False, *[math.nan] * 2, 0, math.nan, "", math.nan, False, 0, *[math.nan] * 2, "killed"
+)
 VIEWS = (["0"], ["1", "2"], ["0", "1", "2"])
 
 
@@ -63,6 +65,15 @@ def test_a_row_is_lower_only_where_ipopt_is_below_the_first_order_energy():
     assert not FAILED.lower
 
 
+def test_a_first_order_point_off_the_bounds_counts_only_in_its_own_column():
+    off = replace(GOOD, first_order_anywhere=-1e3)
+    assert off.lower
+    assert not off.lower_than_anywhere
+    assert replace(GOOD, first_order_energy=float("inf")).lower
+    line = table([GOOD, off])[0]
+    assert (line["below AdamW"], line["below AdamW off bounds"]) == ("2", "1")
+
+
 def test_the_table_counts_each_case_and_all_of_them():
     lines = table(
         rows({}, {"solved": False, "feasible": False}, {"feasible": False, "iterations": 90, "seconds": 3.0})
@@ -78,9 +89,10 @@ def test_the_table_counts_each_case_and_all_of_them():
         "median iterations": "60",
         "median time [s]": "1.50",
         "penalty solved": "3",
-        "energy below AdamW": "3",
+        "below AdamW": "3",
+        "below AdamW off bounds": "3",
     }
-    assert [lines[1][key] for key in ("starts", "solved", "penalty solved", "energy below AdamW")] == list("2211")
+    assert [lines[1][key] for key in ("starts", "solved", "penalty solved", "below AdamW")] == list("2211")
     assert [lines[2][key] for key in ("starts", "solved", "feasible", "penalty solved")] == list("5434")
 
 
@@ -92,7 +104,7 @@ def test_objects_of_the_same_views_are_cases_of_their_own():
 def test_a_failed_start_is_counted_among_the_starts_and_in_nothing_else():
     line = table([GOOD, FAILED, FAILED])[0]
     assert line["starts"] == "3"
-    assert {line[key] for key in ("solved", "feasible", "penalty solved", "energy below AdamW")} == {"1"}
+    assert {line[key] for key in ("solved", "feasible", "penalty solved", "below AdamW")} == {"1"}
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2), (1, 0, 2), (0, 2, 1)])

@@ -94,6 +94,7 @@ def test_the_real_energy_is_lowered_and_the_best_on_the_way_is_kept(descent, sta
     assert descent.energies.shape == (STEPS + 1,)
     assert descent.energies[0] == pytest.approx(first, rel=1e-12)
     assert descent.best == descent.energies.min() < first
+    assert descent.admissible >= descent.best
     assert float(functions.objective(descent.x, p)) == pytest.approx(descent.best, rel=1e-12)
 
 
