@@ -8,7 +8,8 @@ from typing import Any
 import casadi as ca
 
 from sgnlp.kinematics import backend
-from sgnlp.native import library, processor
+from sgnlp.native import library
+from sgnlp.toolchain import processor
 
 PACKAGES = ("sgnlp", "casadi", "pin", "example-robot-data", "numpy", "scipy", "open3d")
 

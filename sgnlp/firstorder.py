@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.nlp import UNITS, Nlp, build
+from sgnlp.compiled import program
+from sgnlp.nlp import UNITS, Nlp
 from sgnlp.oracle import join
 from sgnlp.problem import Problem
 from sgnlp.starts import Start, initial
@@ -82,7 +83,7 @@ def learning_rates(nlp: Nlp) -> Array:
 
 def descend(problem: Problem, start: Start, optimiser: str, steps: int) -> Descent:
     """Run `steps` steps of an optimiser on the smoothed penalty energy from a start."""
-    nlp = build(problem.hand, problem.structure("penalty"))
+    nlp = program(problem.hand, problem.structure("penalty"), problem.settings.solver.compiled)
     oracle = join(nlp, problem.gpis, problem.settings.solver.compiled)
     p = problem.parameters(nlp, start.wrist, start.joints)
     low, high = problem.variable_bounds(nlp, start.joints)

@@ -5,6 +5,7 @@ depends on the number of fingers or on the names of one hand.
 """
 
 import functools
+import hashlib
 import importlib.metadata
 import importlib.resources
 import sys
@@ -87,6 +88,8 @@ class Hand:
     gain_lower: Array  # (m,) [N/m]
     gain_upper: Array  # (m,) [N/m]
     gain_initial: Array  # (m,) [N/m]
+    digest: str
+    """SHA-256 of the description, the URDF and the preset of spheres."""
 
 
 def available_hands() -> tuple[str, ...]:
@@ -116,7 +119,7 @@ def load_hand(name_or_folder: str | Path, spheres: str = "cover") -> Hand:
 @functools.lru_cache(maxsize=16)
 def _loaded(file: Path, text: str, preset: str) -> Hand:
     """The same text gives the same hand, so what is built for a hand is built once."""
-    return _build(file, yaml.safe_load(text), preset)
+    return _build(file, yaml.safe_load(text), preset, text)
 
 
 def _library() -> Path:
@@ -127,9 +130,9 @@ def _library() -> Path:
         return Path(__file__).parents[1] / "urdf"
 
 
-def _build(file: Path, text: Any, preset: str) -> Hand:
+def _build(file: Path, tree: Any, preset: str, text: str) -> Hand:
     required = ("name", "urdf", "root", "effort", "fingers", "reference", "gains", "wrist", "spheres")
-    data = mapping(text, "the file", required)
+    data = mapping(tree, "the file", required)
     urdf = _urdf(data["urdf"], file.parent)
     model = _model(urdf, data["root"])
     names = tuple(model.names)[1:]
@@ -165,6 +168,7 @@ def _build(file: Path, text: Any, preset: str) -> Hand:
         gain_lower=gain_lower,
         gain_upper=gain_upper,
         gain_initial=gain_initial,
+        digest=hashlib.sha256(b"\0".join([text.encode(), urdf.read_bytes(), preset.encode()])).hexdigest(),
     )
 
 

@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.compiled import program
 from sgnlp.kkt import Kkt, residuals
-from sgnlp.nlp import build
 from sgnlp.oracle import Oracle, join
 from sgnlp.problem import Problem
 from sgnlp.settings import Solver
@@ -89,7 +89,7 @@ class Planner:
 
     def _phase(self, formulation: str, iterations: int) -> Phase:
         problem, solver = self.problem, self.problem.settings.solver
-        nlp = build(problem.hand, problem.structure(formulation))
+        nlp = program(problem.hand, problem.structure(formulation), solver.compiled)
         oracle = join(nlp, problem.gpis, solver.compiled)
         return Phase(oracle, nlp_solver(oracle, solver, iterations))
 

@@ -1,34 +1,25 @@
 """The raw jets of the surface in C: `gpis_jets.c`, compiled once by the system's compiler and kept in the user's cache.
 
 It does what `Gpis.mean_jet` and `Gpis.variance_jet` do in NumPy, six times as fast, and stands in for them where a C
-compiler is found. The library is cached under a key of its source, flags, compiler and processor; a build that ends
-is moved into place whole, so that processes may build at once.
+compiler is found.
 """
 
 import ctypes
-import hashlib
-import os
-import shutil
 import subprocess
-import tempfile
 from functools import lru_cache
 from importlib.resources import files
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from platformdirs import user_cache_path
 
+from sgnlp import toolchain
 from sgnlp.gpis import MEAN_JET, VARIANCE_JET, Gpis
 
 Array = NDArray[np.float64]
 
 SOURCE = "gpis_jets.c"
-FLAGS = ("-O2", "-march=native", "-fno-math-errno", "-fno-trapping-math", "-shared", "-fPIC")
+FLAGS = ("-O2", "-march=native", "-fno-math-errno", "-fno-trapping-math")
 """-O3 gains nothing. No -ffast-math: the same input is to give the same bits."""
-LIBRARIES = ("-lm",)
-TIMEOUT = 60.0
-"""A compiler that takes longer than this [s] is given up; it takes 1 to 3."""
 ROWS, COLUMNS, LANES = 6, 12, 8
 """Rows of a panel of the whitener and of its transpose, points in a vector: as in the C source."""
 ALIGNMENT = 64
@@ -76,48 +67,16 @@ class NativeJets:
 @lru_cache(maxsize=1)
 def library() -> ctypes.CDLL | None:
     """The compiled library, built if it is not in the cache; None where it cannot be built or loaded."""
-    compiler = shutil.which(os.environ.get("CC", "cc"))
-    if compiler is None:
-        return None
-    source = files("sgnlp").joinpath(SOURCE).read_bytes()
+    source = files("sgnlp").joinpath(SOURCE).read_text()
     try:
-        built = user_cache_path("sgnlp") / f"gpis_jets-{_key(source, compiler)}.so"
+        built = toolchain.cache_folder() / f"gpis_jets-{toolchain.fingerprint(source, *FLAGS)}.so"
         if not built.is_file():
-            _compile(source, compiler, built)
+            toolchain.build(built, {SOURCE: source}, FLAGS)
         loaded = ctypes.CDLL(str(built))
     except (OSError, subprocess.SubprocessError):
         return None
     loaded.gpis_jets.restype = None
     return loaded
-
-
-def _compile(source: bytes, compiler: str, built: Path) -> None:
-    built.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=built.parent, prefix=".build-") as folder:
-        code, target = Path(folder) / SOURCE, Path(folder) / built.name
-        code.write_bytes(source)
-        command = [compiler, *FLAGS, "-o", str(target), str(code), *LIBRARIES]
-        subprocess.run(command, check=True, capture_output=True, timeout=TIMEOUT)
-        os.replace(target, built)
-
-
-def _key(source: bytes, compiler: str) -> str:
-    """A digest of all that the library depends on."""
-    program = os.stat(os.path.realpath(compiler))
-    digest = hashlib.sha256(source)
-    for part in (*FLAGS, os.path.realpath(compiler), program.st_size, program.st_mtime_ns, processor()):
-        digest.update(f"{part}\n".encode())
-    return digest.hexdigest()[:16]
-
-
-@lru_cache(maxsize=1)
-def processor() -> str:
-    """The processor's model and features, as Linux tells them; "" elsewhere."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text().split("\n\n")[0].splitlines()
-    except OSError:
-        return ""
-    return "\n".join(line for line in lines if line.startswith(("model name", "flags", "Features")))
 
 
 def _aligned(values: Array) -> Array:

@@ -9,6 +9,7 @@ object; object, weights, widths and seed pose are parameters. `sgnlp.oracle` joi
 from dataclasses import dataclass
 from functools import lru_cache
 from types import SimpleNamespace
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -24,6 +25,7 @@ from sgnlp.jets import JET, Layout, expand
 from sgnlp.kinematics import forward
 from sgnlp.ops import Smooth
 from sgnlp.parameters import ParameterVector
+from sgnlp.settings import Contact
 
 Array = NDArray[np.float64]
 
@@ -45,13 +47,19 @@ class Structure:
     equilibrium: str
 
 
+def structure(contact: Contact, formulation: str) -> Structure:
+    """The structure of a formulation, `penalty` or `constrained`, with the settings of contact."""
+    return Structure(formulation, contact.samples, contact.density, contact.equilibrium)
+
+
 @dataclass(frozen=True)
 class Nlp:
     """Functions of one structure.
 
     `points` (x, p) → the given query points (Q - m, 3) [m] and how far the feet lie below the contacts (m) [m];
     `objective`, `gradient`, `rows`, `jacobian` (x, p, jets…); `hessian` (x, p, jets…, λ_f, λ_g), the upper triangle;
-    `terms` (x, p, jets…), the smooth terms unweighted. The jets are the four blocks of `layout.symbols()`.
+    `terms` (x, p, jets…), the smooth terms unweighted; `jets`, that of `layout.function()`. The jets are the four
+    blocks of `layout.symbols()`.
     """
 
     structure: Structure
@@ -69,6 +77,11 @@ class Nlp:
     jacobian: ca.Function
     hessian: ca.Function
     terms: ca.Function
+    jets: ca.Function
+
+
+FUNCTIONS = ("points", "objective", "gradient", "rows", "jacobian", "hessian", "terms", "jets")
+"""The names of the functions of an `Nlp`."""
 
 
 def parameter_vector(hand: Hand) -> ParameterVector:
@@ -87,39 +100,44 @@ def variable_units(hand: Hand) -> Array:
     return np.array([UNITS[name] for name in names])
 
 
+def frame(hand: Hand, structure: Structure) -> dict[str, Any]:
+    """The fields of an `Nlp` that need no symbolic function."""
+    penalty = structure.formulation == "penalty"
+    return {
+        "structure": structure,
+        "hand": hand,
+        "parameters": parameter_vector(hand),
+        "layout": Layout(len(hand.fingers), structure.samples, len(hand.spheres)),
+        "terms_used": tuple(t for t in TERMS if penalty or not t.constrained_elsewhere),
+        "constraints": active(structure.formulation),
+        "units": variable_units(hand),
+    }
+
+
 @lru_cache(maxsize=8)
 def build(hand: Hand, structure: Structure) -> Nlp:
     """Build the functions of a hand and structure; the same ones give the same object."""
-    parameters = parameter_vector(hand)
-    p, par = parameters.symbols()
-    units = variable_units(hand)
-    chain = Chain(ca.SX.sym("x", len(units)))
-    model = _Model(hand, structure, chain, par, units)
+    given = frame(hand, structure)
+    p, par = given["parameters"].symbols()
+    chain = Chain(ca.SX.sym("x", len(given["units"])))
+    model = _Model(hand, structure, chain, par, given["units"])
     op = Smooth(par.distance, par.collision, par.log_width, par.force, par.deviation, par.exponent)
-    used = tuple(t for t in TERMS if structure.formulation == "penalty" or not t.constrained_elsewhere)
-    unweighted = [t.value(model.grasp, op) for t in used]
-    weighted = [par.weights[TERMS.index(t)] * e / ENERGY_UNIT for t, e in zip(used, unweighted, strict=True)]
-    constraints = active(structure.formulation)
-    blocks = [ca.vec(ca.SX(c.value(model.grasp, op))) / c.scale for c in constraints]
-    rows = ca.vertcat(*blocks)
+    unweighted = [t.value(model.grasp, op) for t in given["terms_used"]]
+    weights = [par.weights[TERMS.index(t)] / ENERGY_UNIT for t in given["terms_used"]]
+    weighted = [w * e for w, e in zip(weights, unweighted, strict=True)]
+    blocks = [ca.vec(ca.SX(c.value(model.grasp, op))) / c.scale for c in given["constraints"]]
+    rows, energy = ca.vertcat(*blocks), sum(weighted, start=ca.SX(0))
     lam_f, lam_g = ca.SX.sym("lam_f"), ca.SX.sym("lam_g", rows.numel())
     split = ca.vertsplit(lam_g, [0, *np.cumsum([b.numel() for b in blocks]).tolist()])
     parts = [lam_f * w for w in weighted] + [ca.dot(lam, b) for lam, b in zip(split, blocks, strict=True)]
-    energy = sum(weighted, start=ca.SX(0))
 
     def function(name: str, outputs: list[ca.SX], *more: ca.SX) -> ca.Function:
         arguments = [chain.x, p, *model.jets, *more]
         return ca.Function(name, arguments, chain.value(outputs))
 
     return Nlp(
-        structure=structure,
-        hand=hand,
-        parameters=parameters,
-        layout=model.layout,
-        terms_used=used,
-        constraints=constraints,
+        **given,
         row_sizes=tuple(b.numel() for b in blocks),
-        units=units,
         points=ca.Function("points", [chain.x, p], chain.value([model.given, model.pads])),
         objective=function("objective", [energy]),
         gradient=function("gradient", [energy, chain.gradient(energy)]),
@@ -127,6 +145,7 @@ def build(hand: Hand, structure: Structure) -> Nlp:
         jacobian=function("jacobian", [rows, chain.jacobian(rows)]),
         hessian=function("hessian", [ca.triu(chain.hessian(parts))], lam_f, lam_g),
         terms=function("terms", [ca.vertcat(*unweighted)]),
+        jets=given["layout"].function(),
     )
 
 

@@ -22,14 +22,15 @@ Array = NDArray[np.float64]
 class SurfaceJets(ca.Callback):
     """Given query points (Q - m, 3) and pad radii (m) [m] → the jets of `Layout.symbols()`.
 
-    The feet follow from the normals at the contacts. The answer at the last points is remembered.
+    The feet follow from the normals at the contacts; `metric` is the `jets` of the `Nlp`. The answer at the last points
+    is remembered.
     """
 
-    def __init__(self, gpis: Gpis, layout: Layout, compiled: bool = True):
+    def __init__(self, gpis: Gpis, layout: Layout, metric: ca.Function, compiled: bool = True):
         ca.Callback.__init__(self)
         self._layout, library = layout, native.library() if compiled else None
         self._raw_jets = gpis.jets if library is None else native.NativeJets(library, gpis)
-        self._metric = layout.function()
+        self._metric = metric
         self._buffer, self._evaluate = self._metric.buffer()
         self._raw = np.zeros((layout.points, MEAN_JET)), np.zeros((layout.uncertain, VARIANCE_JET))
         shapes = [self._metric.size_out(i) for i in range(self._metric.n_out())]
@@ -107,7 +108,7 @@ class Oracle:
 
 def join(nlp: Nlp, gpis: Gpis, compiled: bool = True) -> Oracle:
     """The oracle of an `Nlp` over a fitted surface, its jets in C if `compiled` and there is a compiler."""
-    surface = SurfaceJets(gpis, nlp.layout, compiled)
+    surface = SurfaceJets(gpis, nlp.layout, nlp.jets, compiled)
     x, p = ca.MX.sym("x", len(nlp.units)), ca.MX.sym("p", sum(nlp.parameters.sizes.values()))
     lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", sum(nlp.row_sizes))
     jets = surface(*nlp.points(x, p))

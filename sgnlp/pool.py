@@ -15,8 +15,8 @@ from typing import Any, TypeVar
 from pebble import ProcessExpired, ProcessPool
 from threadpoolctl import threadpool_limits
 
+from sgnlp.compiled import program
 from sgnlp.ipopt import Planner, schedule
-from sgnlp.nlp import build
 from sgnlp.problem import Problem
 from sgnlp.solution import Solution, solution
 from sgnlp.starts import Start
@@ -56,7 +56,8 @@ def map_starts(
     iteration early, by an exception too, ends every process.
     """
     for formulation, _ in schedule(problem.settings.solver):
-        build(problem.hand, problem.structure(formulation))  # before the fork, so that workers inherit it
+        # before the fork, so that workers inherit it
+        program(problem.hand, problem.structure(formulation), problem.settings.solver.compiled)
     pool = ProcessPool(
         max_workers=min(jobs, len(starts)),
         initializer=_initialise,

@@ -4,13 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from sgnlp.constraints import active
 from sgnlp.energies import TERMS
 from sgnlp.errors import InputError
 from sgnlp.gpis import Gpis, fit
 from sgnlp.hand import Hand, load_hand
-from sgnlp.nlp import Nlp, Structure
+from sgnlp.nlp import Nlp, Structure, structure
 from sgnlp.observation import Observation
 from sgnlp.settings import Settings
 from sgnlp.training import training_set
@@ -34,8 +35,7 @@ class Problem:
 
     def structure(self, formulation: str) -> Structure:
         """The structure of the symbolic functions for the formulation `penalty` or `constrained`."""
-        contact = self.settings.contact
-        return Structure(formulation, contact.samples, contact.density, contact.equilibrium)
+        return structure(self.settings.contact, formulation)
 
     def weights(self) -> Array:
         """The weight of each of `energies.TERMS`; E_pose, where it has a weight, replaces the motion term."""
@@ -103,6 +103,7 @@ class Problem:
 def pose(observation: Observation, hand: str | Hand, settings: Settings, seed: int = 0) -> Problem:
     """Fit the surface of an observation and pose the problem of grasping it."""
     hand = load_hand(hand, settings.spheres) if isinstance(hand, str) else hand
-    gpis = fit(training_set(observation, settings.gpis, seed), settings.gpis.kernel)
+    with threadpool_limits(1):  # the bits of a factorisation depend on the number of threads
+        gpis = fit(training_set(observation, settings.gpis, seed), settings.gpis.kernel)
     box = np.stack([observation.points.min(axis=0), observation.points.max(axis=0)])
     return Problem(hand, gpis, settings, box, observation.table_height, box.mean(axis=0))

@@ -215,7 +215,7 @@ class Solver(Checked):
     mu_init: float = 0.1
     """first barrier parameter"""
     compiled: bool = True
-    """evaluate the surface in C where a compiler is found, else in NumPy; the results agree to rounding"""
+    """use compiled C: for the surface where a compiler is found, for the rest where `sgnlp cache --build` was run"""
     linear_solver: Literal["mumps", "spral"] = "mumps"
     """linear solver of Ipopt: mumps or spral in casadi's wheel"""
 

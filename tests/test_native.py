@@ -59,8 +59,10 @@ def no_library():
 def test_without_a_compiler_the_surface_is_numpys(no_library, monkeypatch):
     monkeypatch.setenv("CC", "no-such-compiler")
     assert native.library() is None
-    layout = build(posed(SMALL).hand, posed(SMALL).structure("penalty")).layout
-    jets, Z = SurfaceJets(surface(), layout), surface().centre + 0.05 * sphere_points(layout.points - layout.m, 0)
+    nlp = build(posed(SMALL).hand, posed(SMALL).structure("penalty"))
+    layout = nlp.layout
+    jets = SurfaceJets(surface(), layout, nlp.jets)
+    Z = surface().centre + 0.05 * sphere_points(layout.points - layout.m, 0)
     assert np.isfinite(np.array(jets(Z, np.full(layout.m, 0.012))[0])).all()
 
 

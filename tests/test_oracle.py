@@ -53,8 +53,9 @@ def test_a_remembered_answer_equals_a_fresh_one(joined):
 
 
 def test_the_surface_gives_the_jets_of_the_layout_with_the_feet_below_the_contacts():
-    gpis, layout = surface(), build(posed(SMALL).hand, posed(SMALL).structure("penalty")).layout
-    jets, m, before = SurfaceJets(gpis, layout), layout.m, layout.before_feet
+    nlp, gpis = build(posed(SMALL).hand, posed(SMALL).structure("penalty")), surface()
+    layout = nlp.layout
+    jets, m, before = SurfaceJets(gpis, layout, nlp.jets), layout.m, layout.before_feet
     Z = gpis.centre + 0.05 * np.random.default_rng(0).normal(size=(layout.points - m, 3))
     depths = np.linspace(0.0, 0.012, m)
     feet = Z[:m] - depths[:, None] * gpis.normal(Z[:m])
@@ -65,8 +66,10 @@ def test_the_surface_gives_the_jets_of_the_layout_with_the_feet_below_the_contac
 
 
 def test_points_that_are_not_finite_give_an_answer_that_is_not_finite_and_are_not_remembered():
-    gpis, layout = surface(), build(posed(SMALL).hand, posed(SMALL).structure("penalty")).layout
-    jets, Z, depths = SurfaceJets(gpis, layout), np.full((layout.points - layout.m, 3), np.nan), np.zeros(layout.m)
+    nlp, gpis = build(posed(SMALL).hand, posed(SMALL).structure("penalty")), surface()
+    layout = nlp.layout
+    jets, depths = SurfaceJets(gpis, layout, nlp.jets), np.zeros(layout.m)
+    Z = np.full((layout.points - layout.m, 3), np.nan)
     assert not np.isfinite(np.array(jets(Z, depths)[0])).any()
     good = np.zeros_like(Z) + gpis.centre + 0.04
     assert np.isfinite(np.array(jets(good, depths)[0])).all()

@@ -1,0 +1,103 @@
+"""The functions of a nonlinear program compiled, once for every object, and kept in the user's cache.
+
+The key is known before anything symbolic is built: the sources that make it, the hand's files, the structure, CasADi,
+the compiler, its flags and the processor. So a warm start builds no graph at all. Compiled and interpreted functions
+give the same bits (`sgnlp.codegen`); a result does not depend on which of them ran.
+"""
+
+import json
+import subprocess
+from collections.abc import Callable
+from dataclasses import astuple
+from functools import lru_cache
+from pathlib import Path
+
+import casadi as ca
+from filelock import FileLock
+
+from sgnlp import codegen, toolchain
+from sgnlp.hand import Hand
+from sgnlp.kinematics import backend
+from sgnlp.nlp import FUNCTIONS, Nlp, Structure, build, frame
+
+FLAGS = ("-O1", "-ffp-contract=off")
+"""-O2 compiles twice as long and gains nothing; contraction would change the bits."""
+
+MODULES = (
+    "chain", "checked", "clouds", "codegen", "constraints", "equilibrium", "errors", "gpis", "grasp", "hand", "jets",
+    "kernels", "kinematics", "nlp", "nodes", "observation", "ops", "parameters", "sampling", "settings", "training",
+)  # fmt: skip
+"""What `sgnlp.nlp` and `sgnlp.codegen` import, beside the energies: a change in one of them asks for a new build."""
+
+
+def program(hand: Hand, structure: Structure, compiled: bool = True) -> Nlp:
+    """The program of a hand and structure: compiled if it is wanted and in the cache, else in CasADi's machine."""
+    found = load(hand, structure) if compiled else None
+    return found or build(hand, structure)
+
+
+@lru_cache(maxsize=8)
+def load(hand: Hand, structure: Structure) -> Nlp | None:
+    """The compiled program from the cache; None if it is not there or cannot be loaded."""
+    library = path(hand, structure)
+    if not library.is_file():
+        return None
+    try:
+        sizes = tuple(json.loads(library.with_suffix(".json").read_text()))
+        functions = {name: ca.external(name, str(library)) for name in FUNCTIONS}
+    except (OSError, ValueError, RuntimeError):
+        return None
+    return Nlp(**frame(hand, structure), row_sizes=sizes, **functions)
+
+
+def compile_program(
+    hand: Hand, structure: Structure, jobs: int = 1, progress: Callable[[int, int], None] = lambda done, total: None
+) -> Path:
+    """Compile a program into the cache, unless it is there, and return its library.
+
+    One process builds and others that want the same wait for it.
+
+    Raises:
+        OSError, subprocess.SubprocessError: there is no compiler, it fails, or the cache cannot be written.
+    """
+    library = path(hand, structure)
+    library.parent.mkdir(parents=True, exist_ok=True)
+    with FileLock(library.with_suffix(".lock")):
+        if not library.is_file():
+            nlp = build(hand, structure)
+            sources = {file: text for name in FUNCTIONS for file, text in _sources(name, nlp).items()}
+            library.with_suffix(".json").write_text(json.dumps(nlp.row_sizes))
+            toolchain.build(library, sources, FLAGS, jobs, progress)
+    load.cache_clear()
+    return library
+
+
+def can_compile() -> bool:
+    """Whether a compiler that works is found."""
+    try:
+        return subprocess.run([str(toolchain.compiler()), "--version"], capture_output=True, timeout=10).returncode == 0
+    except (OSError, subprocess.SubprocessError):
+        return False
+
+
+def path(hand: Hand, structure: Structure) -> Path:
+    """Where the compiled program of a hand and structure lies, whether it is there or not."""
+    key = toolchain.fingerprint(_package(), hand.digest, repr(astuple(structure)), ca.__version__, backend(), *FLAGS)
+    return toolchain.cache_folder() / f"program-{structure.formulation}-{key}.so"
+
+
+def _sources(name: str, nlp: Nlp) -> dict[str, str]:
+    function = getattr(nlp, name)
+    if function.is_a("SXFunction"):
+        return codegen.sources(function)
+    generator = ca.CodeGenerator(f"{name}.c")  # the mapped jets: short
+    generator.add(function)
+    return {f"{name}.c": generator.dump()}
+
+
+@lru_cache(maxsize=1)
+def _package() -> bytes:
+    """The sources of the modules that a program is made of, one after the other."""
+    folder = Path(__file__).parent
+    files = [folder / f"{name}.py" for name in MODULES] + sorted((folder / "energies").glob("*.py"))
+    return b"\0".join(file.read_bytes() for file in files)
