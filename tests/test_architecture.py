@@ -9,16 +9,16 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "sgnlp"
 STAGES = (
-    "errors checked settings",
+    "errors checked settings toolchain",
     "clouds sampling observation",
     "kernels training gpis",
     "nodes hand kinematics",
     "equilibrium grasp ops energies constraints",
-    "chain jets native parameters nlp oracle kkt",
+    "chain jets native parameters nlp codegen compiled oracle kkt",
     "problem starts ipopt recompute solution pool plan",
-    "firstorder convergence",
-    "environment grasps results summary report",
-    "cli",
+    "firstorder convergence benchmarks",
+    "environment grasps results summary batch report",
+    "cli __main__",
 )
 LAYERS = " ".join(STAGES).split(" ")
 """A module may import those before it, a package counts as one module. The package's own __init__ stands above all."""

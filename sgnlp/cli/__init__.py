@@ -10,6 +10,9 @@ from rich.text import Text
 
 from sgnlp import __version__
 from sgnlp.cli import codes
+from sgnlp.cli.batch import Batch
+from sgnlp.cli.benchmark import Benchmark
+from sgnlp.cli.cache import Cache
 from sgnlp.cli.info import Doctor, Hands
 from sgnlp.cli.solve import Solve
 from sgnlp.cli.study import Study
@@ -20,11 +23,15 @@ from sgnlp.settings import PRESETS, Settings, preset
 def _commands(settings: Settings, name: str) -> Any:
     """The subcommands, `solve` beginning with the settings of a preset."""
     default = Solve(file=tyro.MISSING, preset=name, settings=settings)
+    batch = Batch(files=tyro.MISSING, preset=name, settings=settings)
     study = Study(name=tyro.MISSING, files=tyro.MISSING, preset=name, settings=settings)
     return (
         Annotated[Solve, tyro.conf.subcommand("solve", default=default)]
+        | Annotated[Batch, tyro.conf.subcommand("batch", default=batch)]
         | Annotated[Hands, tyro.conf.subcommand("hands")]
         | Annotated[Study, tyro.conf.subcommand("study", default=study)]
+        | Annotated[Benchmark, tyro.conf.subcommand("benchmark", default=Benchmark(preset=name, settings=settings))]
+        | Annotated[Cache, tyro.conf.subcommand("cache", default=Cache(preset=name, settings=settings))]
         | Annotated[Doctor, tyro.conf.subcommand("doctor")]
     )
 

@@ -25,6 +25,20 @@ def starts_bar(console: Console, total: int, show: bool) -> Iterator[Callable[[o
 
 
 @contextmanager
+def counting_bar(console: Console, text: str) -> Iterator[Callable[[int, int], None]]:
+    """A progress bar, on a terminal only; gives the callback that sets it to (done, total)."""
+    columns = (TextColumn(text), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with interrupts() as check, Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+        task = bar.add_task(text, total=None)
+
+        def advance(done: int, total: int) -> None:
+            check()
+            bar.update(task, completed=done, total=total)
+
+        yield advance
+
+
+@contextmanager
 def interrupts() -> Iterator[Callable[[], None]]:
     """Ctrl-C raises KeyboardInterrupt, and again wherever the given function is called and at the end, however reached.
 

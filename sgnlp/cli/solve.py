@@ -10,7 +10,7 @@ import tyro
 from rich.console import Console
 
 from sgnlp import report, results
-from sgnlp.cli import codes, flags
+from sgnlp.cli import codes, compiling, flags
 from sgnlp.cli.progress import starts_bar
 from sgnlp.hand import load_hand
 from sgnlp.observation import ObservationSettings, load
@@ -84,6 +84,7 @@ class Solve:
             sys.stdout.write(results.json_text(summary(plan)))
         if show:
             _show(console, plan, folder)
+            compiling.offer(console, hand, self.hand, self.settings)
         return codes.FEASIBLE if plan.best else codes.NONE_FEASIBLE
 
 

@@ -1,0 +1,5 @@
+"""`python -m sgnlp` is the command `sgnlp`."""
+
+from sgnlp.cli import main
+
+main()

@@ -1,0 +1,85 @@
+"""Measurements: wall and CPU times of a task, and rows with the median and spread of several repeats."""
+
+import math
+import resource
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from statistics import median
+from typing import TypeVar
+
+T = TypeVar("T")
+
+LEAST = 0.02
+"""A warm task is repeated within one measurement until it takes this long [s], a thousand times a clock's tick."""
+UNITS = {"s": 1.0, "ms": 1e3, "µs": 1e6}
+"""Units of time in a second."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One measured quantity: spread and median over `repeats` values; `cpu` is the median of the CPU time, if a time.
+
+    CPU time is that of the process and of its children that have ended.
+    """
+
+    question: str
+    name: str
+    unit: str
+    min: float
+    median: float
+    max: float
+    cpu: float
+    repeats: int
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Time:
+    """Wall and CPU time of a task [s]."""
+
+    wall: float
+    cpu: float
+
+
+def cpu_seconds() -> float:
+    """CPU time of this process and of its children that have ended [s]."""
+    usages = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)
+    return sum(usage.ru_utime + usage.ru_stime for usage in usages)
+
+
+def clocked(task: Callable[[], T]) -> tuple[T, Time]:
+    """What a task returns, and its times."""
+    cpu, wall = cpu_seconds(), time.perf_counter()
+    result = task()
+    return result, Time(time.perf_counter() - wall, cpu_seconds() - cpu)
+
+
+def clock(task: Callable[[], object], number: int = 1) -> Time:
+    """Times of one call of a task, averaged over `number` of them."""
+    _, total = clocked(lambda: [task() for _ in range(number)])
+    return Time(total.wall / number, total.cpu / number)
+
+
+def warm_times(task: Callable[[], object], repeats: int) -> list[Time]:
+    """Times of a task that is called twice before, so that it is warm and known how often to call it at once."""
+    task()
+    number = math.ceil(LEAST / max(clock(task).wall, LEAST * 1e-6))
+    return [clock(task, number) for _ in range(repeats)]
+
+
+def cold_times(task: Callable[[], object], repeats: int) -> list[Time]:
+    """Times of a task without any call before."""
+    return [clock(task) for _ in range(repeats)]
+
+
+def timing(name: str, unit: str, times: Sequence[Time], note: str = "") -> Row:
+    """The row of several times."""
+    scale = UNITS[unit]
+    row = spread(name, unit, [scale * t.wall for t in times], note)
+    return replace(row, cpu=scale * median(t.cpu for t in times))
+
+
+def spread(name: str, unit: str, values: Sequence[float], note: str = "") -> Row:
+    """The row of several values."""
+    return Row("", name, unit, min(values), median(values), max(values), math.nan, len(values), note)

@@ -1,0 +1,92 @@
+"""Fresh processes with a cache folder of their own, and the memory of a tree of processes."""
+
+import multiprocessing
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TypeVar
+
+T = TypeVar("T")
+
+SAMPLING = 0.02
+"""Time between two looks at the memory [s]."""
+COMMAND = (sys.executable, "-c", "from sgnlp.cli import main; main()")
+"""The command `sgnlp`."""
+
+
+@contextmanager
+def cache(folder: Path) -> Iterator[None]:
+    """Processes started meanwhile keep what they compile in a folder."""
+    before = os.environ.get("XDG_CACHE_HOME")
+    os.environ["XDG_CACHE_HOME"] = str(folder)
+    try:
+        yield
+    finally:
+        del os.environ["XDG_CACHE_HOME"]
+        if before is not None:
+            os.environ["XDG_CACHE_HOME"] = before
+
+
+def fresh(task: Callable[..., T], *arguments: object) -> T:
+    """The result of a task in a process that has imported nothing yet."""
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        return pool.submit(task, *arguments).result()
+
+
+def python(code: str) -> None:
+    """Run a line of Python in a fresh process."""
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+def command(arguments: Sequence[str]) -> None:
+    """Run the command `sgnlp`; a plan without a feasible grasp is one too."""
+    done = subprocess.run([*COMMAND, *arguments], capture_output=True, text=True)
+    _check(done.returncode, done.stderr)
+
+
+def peak_memory(arguments: Sequence[str]) -> float:
+    """Largest memory [MB] of the command `sgnlp` and all its workers at once.
+
+    What the processes share is counted once, as the largest of their shared parts: workers are forked.
+    """
+    process = subprocess.Popen([*COMMAND, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    peak = 0.0
+    while process.poll() is None:
+        parts = [_memory(pid) for pid in _tree(process.pid)]
+        peak = max(peak, sum(private for private, _ in parts) + max(shared for _, shared in parts))
+        time.sleep(SAMPLING)
+    _check(process.returncode, process.communicate()[1])
+    return peak
+
+
+def _check(code: int, errors: str) -> None:
+    if code not in (0, 1):
+        raise RuntimeError(f"sgnlp ended with exit code {code}: {errors}")
+
+
+def _tree(pid: int) -> Iterator[int]:
+    """A process and all its descendants."""
+    yield pid
+    try:
+        children = [tid.joinpath("children").read_text() for tid in Path(f"/proc/{pid}/task").iterdir()]
+    except OSError:  # ended meanwhile
+        return
+    for child in " ".join(children).split():
+        yield from _tree(int(child))
+
+
+def _memory(pid: int) -> tuple[float, float]:
+    """Private and shared memory of a process [MB], 0 when it has ended."""
+    try:
+        lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()[1:]
+    except OSError:
+        return 0.0, 0.0
+    sizes = {line.split()[0]: float(line.split()[1]) * 1024 / 1e6 for line in lines}
+    private = sizes.get("Private_Clean:", 0.0) + sizes.get("Private_Dirty:", 0.0)
+    shared = sizes.get("Shared_Clean:", 0.0) + sizes.get("Shared_Dirty:", 0.0)
+    return private, shared

@@ -1,0 +1,157 @@
+"""`sgnlp batch`: a plan for each of many clouds, resumable, on this machine or a dask cluster."""
+
+import json
+import os
+import shlex
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Annotated, Literal
+
+import tyro
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from sgnlp import environment, report, results
+from sgnlp.batch import Row, Task, Workers, batch
+from sgnlp.cli import codes, flags
+from sgnlp.cli.progress import interrupts
+from sgnlp.errors import InputError
+from sgnlp.hand import available_hands, load_hand
+from sgnlp.observation import ObservationSettings
+from sgnlp.settings import ROBUST, Settings
+
+ROWS, MADE = "rows.csv", "made.json"
+
+
+@dataclass
+class Batch:
+    """Plan grasps for many clouds, each into its own folder; run again, it goes on where it ended."""
+
+    files: tyro.conf.Positional[tuple[Path, ...]]
+    """the clouds, as for `sgnlp solve`"""
+    preset: str = "robust"
+    """settings to begin with: robust or paper"""
+    views: tuple[str, ...] = ()
+    """cameras to use, by name or index; all if none is named"""
+    hand: str = "allegro_left"
+    """a hand of `sgnlp hands`, or a folder with a hand.yaml"""
+    starts: int = 7
+    """initial guesses for each cloud"""
+    seed: int = 0
+    """of everything random"""
+    jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
+    """objects at the same time; on a cluster, as many as it has workers"""
+    timeout: float = 60.0
+    """wall-clock limit of a start [s]"""
+    backend: Literal["loky", "dask"] = "loky"
+    """processes of this machine, or a dask cluster that sees the same files"""
+    scheduler: str | None = None
+    """address of the dask scheduler, such as tcp://host:8786"""
+    scale: float = 1.0
+    """factor to metres: 0.001 for clouds in millimetres"""
+    table_height: float | None = None
+    """height of the table [m]; taken from each file, or estimated, if not given"""
+    results: Path = Path("results")
+    """where each object has the folder of its result"""
+    out: Path | None = None
+    """folder of the table of all objects; batch among the results if not given"""
+    cleaning: ObservationSettings = field(default_factory=ObservationSettings)
+    """how the clouds are cleaned"""
+    settings: Annotated[Settings, tyro.conf.arg(name="")] = ROBUST
+    """everything about the plans"""
+
+    def run(self, console: Console) -> int:
+        """Every object that has no result yet, a row as each ends, then the table."""
+        flags.check(self.starts, self.seed, self.jobs, self.timeout, self.scale)
+        files, begin, out = list(dict.fromkeys(self.files)), time.perf_counter(), self.out or self.results / "batch"
+        if not any(file.is_file() for file in files):
+            raise InputError(f"there is nothing to solve: {files[0] if files else 'no file'} is not a cloud")
+        load_hand(self.hand, self.settings.spheres)
+        results.writable(self.results)
+        results.writable(out)
+        workers = self._workers()
+        results.write_text(out / MADE, self._made())
+        rows: dict[Path, Row] = {}
+        with (
+            _bars(console, len(files)) as (read, done),
+            closing(batch(files, self._task(), self.results, workers, progress=read)) as ended,
+        ):
+            for row in ended:
+                rows[Path(row.file)] = row
+                results.write_rows(out / ROWS, [rows[file] for file in files if file in rows])
+                done(row)
+        _show(console, [rows[file] for file in files], time.perf_counter() - begin, out)
+        return codes.FEASIBLE if all(row.feasible for row in rows.values()) else codes.NONE_FEASIBLE
+
+    def _task(self) -> Task:
+        """What the workers are told; they may run elsewhere, so a hand's folder is named in full."""
+        return Task(
+            hand=self.hand if self.hand in available_hands() else str(Path(self.hand).absolute()),
+            settings=self.settings,
+            count=self.starts,
+            seed=self.seed,
+            timeout=self.timeout,
+            views=self.views,
+            scale=self.scale,
+            table_height=self.table_height,
+            cleaning=self.cleaning,
+        )
+
+    def _workers(self) -> Workers:
+        if (self.backend == "dask") != (self.scheduler is not None):
+            raise InputError("--backend dask and --scheduler ADDRESS go together")
+        return Workers(self.jobs, self.scheduler)
+
+    def _made(self) -> str:
+        """How the rows were made."""
+        made = {
+            "command": shlex.join(["sgnlp", *sys.argv[1:]]),
+            "batch": {key: value for key, value in asdict(self).items() if key != "files"},
+            "versions": environment.versions(),
+            "machine": environment.machine(),
+        }
+        return results.json_text(made | {"batch": json.loads(json.dumps(made["batch"], default=str))})
+
+
+@contextmanager
+def _bars(console: Console, total: int) -> Iterator[tuple[Callable[[object], None], Callable[[object], None]]]:
+    """Progress bars over files read and objects done, on a terminal only; gives what advances each."""
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    hidden = not console.is_terminal
+    with interrupts() as check, Progress(*columns, console=console, disable=hidden, transient=True) as bars:
+
+        def bar(description: str) -> Callable[[object], None]:
+            task = bars.add_task(description, total=total)
+
+            def advance(result: object) -> None:
+                check()
+                bars.advance(task)
+
+            return advance
+
+        yield bar("reading"), bar("solving")
+
+
+def _show(console: Console, rows: Sequence[Row], seconds: float, out: Path) -> None:
+    lines = [
+        {
+            "object": row.name,
+            "feasible": "yes" if row.feasible else "no",
+            "starts": f"{row.feasible_starts}/{row.starts}",
+            "margin": f"{row.margin:.3f}",
+            "energy": f"{row.energy:.1f}",
+            "time [s]": f"{row.seconds:.2f}",
+            "why not": row.failure,
+        }
+        for row in rows
+    ]
+    feasible, reused = sum(row.feasible for row in rows), sum(row.reused for row in rows)
+    console.print(report.rows_table("Objects", lines))
+    console.print()
+    there = f", {reused} solved before" if reused else ""
+    console.print(f"{feasible} of {len(rows)} objects have a feasible grasp{there}, in {seconds:.1f} s")
+    console.print(f"written: {out / ROWS}, {out / MADE}", soft_wrap=True)

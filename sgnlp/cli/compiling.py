@@ -1,0 +1,61 @@
+"""What `sgnlp solve` says, and does, where the functions are not compiled yet."""
+
+import os
+import subprocess
+import sys
+
+from rich.console import Console
+
+from sgnlp import compiled
+from sgnlp.hand import Hand
+from sgnlp.ipopt import schedule
+from sgnlp.nlp import structure
+from sgnlp.settings import Settings
+
+PATIENCE = 10
+"""Niceness of a build in the background: it must not slow what the user does next."""
+
+
+def missing(hand: Hand, settings: Settings) -> bool:
+    """Whether a formulation of the settings is not in the cache, though compiled functions are wanted."""
+    formulations = [formulation for formulation, _ in schedule(settings.solver)]
+    paths = [compiled.path(hand, structure(settings.contact, formulation)) for formulation in formulations]
+    return settings.solver.compiled and not all(path.is_file() for path in paths)
+
+
+def offer(console: Console, hand: Hand, name: str, settings: Settings) -> None:
+    """Tell that the functions were interpreted; on a terminal, compile them in the background for the next run."""
+    if not missing(hand, settings):
+        return
+    if not compiled.can_compile():
+        console.print("No C compiler was found: the functions are interpreted, which takes about twice as long.")
+        return
+    command = ["cache", "--build", *_flags(name, settings)]
+    if not console.is_terminal:
+        console.print(
+            f"The functions are interpreted; 'sgnlp {' '.join(command)}' compiles them, once for all objects."
+        )
+        return
+    subprocess.Popen(
+        [sys.executable, "-m", "sgnlp", *command],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+        preexec_fn=lambda: os.nice(PATIENCE) and None,
+    )
+    console.print("Compiling the functions in the background, once for all objects: later plans take half the time.")
+
+
+def _flags(name: str, settings: Settings) -> list[str]:
+    """The flags that decide the structure, where they differ from the defaults."""
+    default, contact = Settings(), settings.contact
+    values = {
+        "spheres": (settings.spheres, default.spheres),
+        "contact.samples": (contact.samples, default.contact.samples),
+        "contact.density": (contact.density, default.contact.density),
+        "contact.equilibrium": (contact.equilibrium, default.contact.equilibrium),
+        "solver.formulation": (settings.solver.formulation, default.solver.formulation),
+    }
+    flags = [word for flag, (value, usual) in values.items() if value != usual for word in (f"--{flag}", str(value))]
+    return flags if name == "allegro_left" else ["--hand", name, *flags]

@@ -1,0 +1,516 @@
+"""Batches: the same result as one by one, every failure a row, nothing solved twice, nothing lost with a worker."""
+
+import csv
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import BrokenExecutor, Future
+from dataclasses import fields, replace
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scenes import SMALL, ellipsoid
+from test_cli import ALIVE, COMMAND, SMALL_FLAGS, group, same, wait_for
+from test_grasps import small_plan
+
+from sgnlp import load_grasps, results
+from sgnlp.batch import Row, Task, Workers, batch, each
+from sgnlp.cli import codes, run
+from sgnlp.errors import InputError
+from sgnlp.pool import Failure
+from sgnlp.summary import arrays, summary
+
+
+class Here(Workers):
+    """This process in the place of others."""
+
+    def __init__(self) -> None:
+        super().__init__(1)
+        self.closed = False
+
+    def submit(self, function, item):
+        future: Future = Future()
+        try:
+            future.set_result(function(item))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+    def close(self) -> None:
+        self.closed = True
+
+
+@pytest.fixture(autouse=True)
+def workplace(tmp_path, monkeypatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def solved(monkeypatch) -> list[str]:
+    """The names that are solved, by a solver that gives the plan of the shared scene or fails by the name."""
+    names = []
+
+    def fake(seen, hand, settings, *, count, seed, jobs, timeout):
+        names.append(seen.name)
+        if "broken" in seen.name:
+            raise RuntimeError("CasADi says [no]\nand more")
+        plan = replace(small_plan(), observation=seen, seed=seed, jobs=jobs, timeout=timeout)
+        if "stopped" in seen.name:
+            return replace(
+                plan, solutions=(), failures=tuple(Failure(i, f"stopped after {timeout:g} s") for i in (0, 1))
+            )
+        if "loose" in seen.name:
+            checks = tuple(replace(check, least=math.inf) for check in plan.solutions[0].checks)
+            return replace(plan, solutions=tuple(replace(s, checks=checks) for s in plan.solutions))
+        return plan
+
+    monkeypatch.setattr("sgnlp.batch.solve", fake)
+    return names
+
+
+def cloud(stem: str, seed: int = 0, folder: str = ".", **more: object) -> Path:
+    """A file of the ellipsoid."""
+    Path(folder).mkdir(exist_ok=True)
+    file = Path(folder) / f"{stem}.npz"
+    np.savez(file, points=ellipsoid(seed=seed), table_height=0.0, **more)  # type: ignore[arg-type]
+    return file
+
+
+def task(**changes: object) -> Task:
+    """A task of two starts, as many as the plan of the shared scene has."""
+    return replace(Task(settings=SMALL, count=2), **changes)  # type: ignore[arg-type]
+
+
+def rows(files: list[Path], **changes: object) -> dict[str, Row]:
+    """The rows by file of a batch into `results`, for a task with changes."""
+    return {row.file: row for row in batch(files, task(**changes), Path("results"), Here())}
+
+
+def command(*arguments: object) -> int:
+    return run(["batch", *map(str, arguments)])
+
+
+def read(file: str = "results/batch/rows.csv") -> list[Row]:
+    return results.read_rows(Path(file), Row)
+
+
+# One object after another ---------------------------------------------------------------------------------------------
+
+
+def test_a_batch_is_bit_for_bit_what_solve_gives_for_each_file(capfd):
+    one, two = cloud("one", 1), cloud("two", 2)
+    flags = ["--starts", 2, "--seed", 3, *SMALL_FLAGS]
+    assert command(one, two, "none.npz", "--jobs", 1, *flags) == codes.NONE_FEASIBLE
+    out, err = capfd.readouterr()
+    assert err == ""
+    assert "2 of 3 objects have a feasible grasp, in" in out
+    assert out.splitlines()[-1] == "written: results/batch/rows.csv, results/batch/made.json"
+    for file in (one, two):
+        assert run(["solve", str(file), "--quiet", "--out", f"alone/{file.stem}", *map(str, flags)]) == codes.FEASIBLE
+        a, b = load_grasps(f"results/{file.stem}"), load_grasps(f"alone/{file.stem}")
+        assert same(a, b)
+        summaries = [json.loads(Path(f"{f}/{file.stem}/summary.json").read_text()) for f in ("results", "alone")]
+        assert summaries[0]["best"] == summaries[1]["best"]
+        assert summaries[0].keys() == summaries[1].keys()
+    assert not same(load_grasps("results/one"), load_grasps("results/two"))
+    assert [(row.name, row.file, row.feasible) for row in read()] == [
+        ("one", "one.npz", True),
+        ("two", "two.npz", True),
+        ("none", "none.npz", False),
+    ]
+    assert read()[2].failure == "there is no such file"
+    first, grasps = read()[0], load_grasps("results/one")
+    assert (first.starts, first.feasible_starts, first.energy) == (2, grasps.feasible.sum(), grasps.energy[0])
+    assert first.margin == min(grasps.margins_initial[0].min(), grasps.margins_equilibrium[0].min())
+    assert first.seconds > 0
+    made = json.loads(Path("results/batch/made.json").read_text())
+    assert made["batch"]["seed"] == 3
+    assert made["batch"]["settings"]["gpis"]["surface_points"] == 60
+
+
+def test_a_start_that_overruns_its_limit_is_stopped_and_its_worker_goes_on(capfd):
+    files = [cloud("one", 1), cloud("two", 2)]
+    slow = ["--gpis.surface-points", 1000]  # so that a start is not done before its limit is looked at
+    assert command(*files, "--jobs", 1, "--timeout", 0.001, "--starts", 2, *slow) == codes.NONE_FEASIBLE
+    assert [(row.starts, row.feasible, row.failure) for row in read()] == 2 * [(2, False, "stopped after 0.001 s")]
+    assert capfd.readouterr().out.count("stopped after 0.001 s") == 2
+
+
+def test_every_field_of_a_row_is_of_a_type_that_the_file_can_hold():
+    assert {field.type for field in fields(Row)} <= {str, int, float, bool}
+
+
+# What goes wrong with an object ---------------------------------------------------------------------------------------
+
+
+def test_whatever_goes_wrong_with_an_object_is_its_row_and_stops_no_other(solved):
+    Path("text.npz").write_text("hello")
+    names = ("good", "broken", "stopped", "loose", "last")
+    files = [Path("none.npz"), Path("text.npz"), *(cloud(name, i) for i, name in enumerate(names))]
+    found = rows(files)
+    assert solved == list(names)
+    assert {row.name: row.failure for row in found.values()} | {"text": "", "loose": ""} == {
+        "none": "there is no such file",
+        "text": "",
+        "good": "",
+        "broken": "RuntimeError: CasADi says [no]",
+        "stopped": "stopped after 60 s",
+        "loose": "",
+        "last": "",
+    }
+    assert found["text.npz"].failure.startswith("is not an npz")
+    assert found["loose.npz"].failure.startswith("violated: ")
+    assert [row.name for row in found.values() if row.feasible] == ["good", "last"]
+    assert not Path("results/broken").exists()
+    assert math.isnan(found["stopped.npz"].margin)
+
+
+def test_two_files_of_one_name_do_not_replace_each_other(solved):
+    files = [cloud("first", 0, name="mug"), cloud("second", 1, name="mug"), cloud("first", 2, "more", name="can")]
+    found = rows([*files, files[0]])
+    assert [found[str(file)].failure for file in files] == ["", "has the same name as first.npz", ""]
+    assert solved == ["mug", "can"]
+
+
+def test_a_result_that_cannot_be_written_is_a_row(solved):
+    Path("results").mkdir()
+    Path("results/one").write_text("in the way")
+    found = rows([cloud("one"), cloud("two", 1)])
+    assert "cannot be written" in found["one.npz"].failure
+    assert found["two.npz"].feasible
+
+
+def test_a_setting_that_fits_no_object_is_told_in_every_row_and_a_bad_hand_at_once(solved):
+    with pytest.raises(InputError, match="unknown hand"):
+        rows([cloud("one")], hand="nope")
+    assert rows([cloud("one")], views=("nope",))["one.npz"].failure.startswith("unknown view 'nope'")
+
+
+def test_the_workers_are_closed_however_the_batch_ends(solved):
+    files = [cloud("one"), cloud("two", 1)]
+    for leave in (True, False):
+        workers = Here()
+        ended = batch(files, task(), Path("elsewhere"), workers)
+        next(ended)
+        assert not workers.closed
+        if leave:
+            ended.close()
+        else:
+            list(ended)
+        assert workers.closed
+
+
+# Again ----------------------------------------------------------------------------------------------------------------
+
+
+def test_what_is_solved_is_not_solved_again_and_what_failed_is(solved):
+    files = [cloud("one"), cloud("broken", 1), cloud("stopped", 2), cloud("two", 3)]
+    before = rows(files[:3])
+    solved.clear()
+    after = rows(files)
+    assert solved == ["broken", "stopped", "two"]
+    assert after["one.npz"] == replace(before["one.npz"], reused=True)
+    assert not after["two.npz"].reused
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"seed": 1},
+        {"count": 3},
+        {"settings": replace(SMALL, rank_by="energy")},
+        {"hand": "allegro_right"},
+        {"table_height": -0.001},
+    ],
+    ids=lambda change: next(iter(change)),
+)
+def test_results_of_another_task_are_solved_again(solved, change):
+    rows([cloud("one")])
+    assert solved == ["one"]
+    rows([Path("one.npz")], **change)
+    assert solved == ["one", "one"]
+
+
+def test_a_changed_cloud_or_a_damaged_result_is_solved_again(solved):
+    rows([cloud("one")])
+    rows([cloud("one", seed=5)])
+    assert len(solved) == 2
+    Path("results/one/grasps.npz").write_bytes(b"PK")
+    rows([Path("one.npz")])
+    assert len(solved) == 3
+    rows([Path("one.npz")])
+    assert len(solved) == 3
+
+
+def test_another_limit_matters_only_where_a_start_was_stopped(solved, monkeypatch):
+    rows([cloud("one")])
+    rows([Path("one.npz")], timeout=5.0)
+    assert solved == ["one"]
+    partial_plan = replace(small_plan(), solutions=small_plan().solutions[:1], failures=(Failure(1, "stopped"),))
+    monkeypatch.setitem(globals(), "small_plan", lambda: partial_plan)
+    rows([cloud("two", 1)])
+    assert rows([Path("two.npz")])["two.npz"].reused
+    assert not rows([Path("two.npz")], timeout=5.0)["two.npz"].reused
+
+
+def test_the_result_of_solve_is_taken_over(solved):
+    plan = replace(small_plan(), observation=task().load(cloud("one")))
+    results.save(arrays(plan), summary(plan), Path("results/one"))
+    assert rows([Path("one.npz")])["one.npz"].reused is True
+    assert not solved
+
+
+# Workers that die -----------------------------------------------------------------------------------------------------
+
+
+def killer(item: int) -> int:
+    """The square, but item 3 kills its process, and 5 only while no file says that it has."""
+    if item == 3 or (item == 5 and not Path("killed").exists()):
+        if item == 5:
+            Path("killed").touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    time.sleep(0.05)
+    return item**2
+
+
+def test_an_object_that_kills_its_worker_fails_alone_and_nothing_is_lost():
+    workers = Workers(2)
+    try:
+        found = dict(each(killer, range(9), workers))
+    finally:
+        workers.close()
+    assert found == {i: i**2 for i in range(9)} | {3: "its worker process died twice"}
+
+
+class Mortal(Here):
+    """Dies of an item as often as told; nothing can be submitted before it is closed then."""
+
+    def __init__(self, deaths: dict[int, int]):
+        super().__init__()
+        self.window, self.deaths, self.dead, self.log = 3, deaths, False, list[int]()
+
+    def submit(self, function, item):
+        if self.dead:
+            raise BrokenExecutor
+        self.log.append(item)
+        future = super().submit(function, item)
+        if self.deaths.get(item, 0):
+            self.deaths[item] -= 1
+            self.dead = True
+            future = Future()
+            future.set_exception(BrokenExecutor())
+        return future
+
+    def close(self) -> None:
+        self.dead = False
+
+
+@pytest.mark.parametrize("deaths", [{0: 1}, {2: 1, 5: 1}, {6: 1}])
+def test_an_item_whose_worker_dies_once_is_tried_again(deaths):
+    workers = Mortal(deaths)
+    assert dict(each(abs, range(7), workers)) == {i: i for i in range(7)}
+
+
+def test_an_item_is_given_up_at_the_second_death_and_not_before():
+    workers = Mortal({2: 9})
+    found = dict(each(abs, range(5), workers))
+    assert found[2] == "its worker process died twice"
+    assert workers.log.count(2) == 2
+    assert {i: found[i] for i in (0, 1, 3, 4)} == {i: i for i in (0, 1, 3, 4)}
+
+
+# The command ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def here(monkeypatch, solved) -> list[str]:
+    """The command over this process and the made-up solver."""
+    monkeypatch.setattr("sgnlp.cli.batch.Workers", lambda jobs, scheduler: Here())
+    small_plan()
+    return solved
+
+
+def test_the_exit_code_tells_whether_every_object_has_a_feasible_grasp(here, capfd):
+    flags = ["--starts", 2, *SMALL_FLAGS]
+    assert command(cloud("one"), cloud("two", 1), *flags) == codes.FEASIBLE
+    assert "2 of 2 objects have a feasible grasp, in" in capfd.readouterr().out
+    assert command("one.npz", cloud("loose", 2), *flags) == codes.NONE_FEASIBLE
+    out = " ".join(capfd.readouterr().out.split())
+    assert "1 of 2 objects have a feasible grasp, 1 solved before, in" in out
+    assert "violated: " in out
+    assert [row.name for row in read()] == ["one", "loose"]
+
+
+def test_bad_input_of_a_batch_is_told_before_any_work(here, capfd):
+    good = cloud("one")
+    calls = {
+        "there is nothing to solve: none*.npz is not a cloud": ("none*.npz",),
+        "unknown hand": (good, "--hand", "nope"),
+        "--starts must be positive": (good, "--starts", 0),
+        "--seed must not be negative": (good, "--seed", -1),
+        "--jobs must be positive": (good, "--jobs", 0),
+        "--timeout must be positive": (good, "--timeout", "nan"),
+        "'one.npz' cannot be written": (good, "--out", good),
+        "go together": (good, "--backend", "dask"),
+        " go together": (good, "--scheduler", "tcp://127.0.0.1:1"),
+    }
+    for message, arguments in calls.items():
+        assert command(*arguments) == codes.BAD_INPUT
+        out, err = capfd.readouterr()
+        assert (out, err.count("\n")) == ("", 1)
+        assert message in err
+    assert not here
+    assert [path.name for path in Path().iterdir()] == ["one.npz"]
+
+
+def test_rows_are_written_as_objects_end_and_kept_by_an_interrupt(here, monkeypatch, capfd):
+    from sgnlp import batch as module
+
+    fake = module.solve
+
+    def second_is_interrupted(seen, *rest, **options):
+        if seen.name == "two":
+            raise KeyboardInterrupt
+        return fake(seen, *rest, **options)
+
+    monkeypatch.setattr(module, "solve", second_is_interrupted)
+    flags = [cloud("one"), cloud("two", 1), "--starts", 2, *SMALL_FLAGS]
+    assert command(*flags) == codes.INTERRUPTED
+    assert capfd.readouterr() == ("", "interrupted\n")
+    assert [row.name for row in read()] == ["one"]
+    assert not [path for path in Path("results").rglob("*") if path.name.startswith(".")]
+    monkeypatch.setattr(module, "solve", fake)
+    assert command(*flags) == codes.FEASIBLE
+    assert [(row.name, row.reused) for row in read()] == [("one", True), ("two", False)]
+
+
+def test_the_command_has_help(capfd):
+    assert command("--help") == 0
+    out, err = capfd.readouterr()
+    assert out.startswith("usage: sgnlp batch")
+    assert "--scheduler" in out
+    assert err == ""
+
+
+def test_the_rows_can_be_read_by_any_reader_of_csv(here):
+    command(cloud("one"), "missing, with a comma.npz", "--starts", 2, *SMALL_FLAGS)
+    with open("results/batch/rows.csv", newline="") as file:
+        lines = list(csv.DictReader(file))
+    assert [line["file"] for line in lines] == ["one.npz", "missing, with a comma.npz"]
+    assert list(lines[0]) == [field.name for field in fields(Row)]
+
+
+def test_ctrl_c_ends_every_process_and_keeps_what_is_done():
+    files = [str(cloud(f"cloud{i}", i)) for i in range(30)]
+    flags = ["--jobs", "2", "--starts", "3", *SMALL_FLAGS]
+    process = subprocess.Popen(
+        [*COMMAND, "batch", *files, *flags], stdout=-1, stderr=-1, text=True, start_new_session=True
+    )
+    try:
+        assert wait_for(lambda: len(read()) > 0, 3 * ALIVE), "no object has ended"
+        os.killpg(process.pid, signal.SIGINT)
+        out, err = process.communicate(timeout=ALIVE)
+        assert (process.returncode, out, err) == (codes.INTERRUPTED, "", "interrupted\n")
+        assert wait_for(lambda: not group(process.pid), 2.0)
+        done = [row.name for row in read()]
+        assert 0 < len(done) < 30
+        assert all(len(load_grasps(f"results/{name}")) == 3 for name in done)
+        assert {path.name for path in Path("results").iterdir()} <= {*(f"cloud{i}" for i in range(30)), "batch"}
+    finally:
+        for pid in group(process.pid):
+            os.kill(pid, signal.SIGKILL)
+
+
+# A dask cluster -------------------------------------------------------------------------------------------------------
+
+needs_dask = pytest.mark.skipif(find_spec("distributed") is None, reason="needs the package distributed")
+
+
+@pytest.fixture
+def cluster() -> Iterator[tuple[str, Callable[[], int]]]:
+    """The address of a scheduler with two workers, and what kills one of them."""
+    code = """
+import os, signal, sys
+from distributed import Client, LocalCluster
+if __name__ == "__main__":
+    options = {"processes": True, "dashboard_address": None, "silence_logs": 50}
+    with LocalCluster(n_workers=2, threads_per_worker=1, **options) as cluster, Client(cluster) as client:
+        print(cluster.scheduler_address, flush=True)
+        for line in sys.stdin:
+            pids = client.run(os.getpid)
+            os.kill(sorted(pids.values())[0], signal.SIGKILL)
+            print(len(pids), flush=True)
+"""
+    Path("cluster.py").write_text(code)
+    process = subprocess.Popen(
+        [sys.executable, "cluster.py"],
+        stdin=-1,
+        stdout=-1,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        start_new_session=True,
+    )
+
+    def kill() -> int:
+        process.stdin.write("kill\n")
+        process.stdin.flush()
+        return int(process.stdout.readline())
+
+    try:
+        yield process.stdout.readline().strip(), kill
+        process.communicate(timeout=ALIVE)
+    finally:
+        for pid in group(process.pid):
+            os.kill(pid, signal.SIGKILL)
+        process.wait()
+        for pipe in (process.stdin, process.stdout):
+            pipe.close()
+
+
+@needs_dask
+@pytest.mark.filterwarnings("ignore")
+def test_nothing_is_lost_when_a_worker_of_a_cluster_is_killed_half_way(cluster, capfd):
+    address, kill = cluster
+    files = [cloud(f"cloud{i}", i) for i in range(6)]
+    killed = []
+
+    def after_the_first() -> None:
+        if wait_for(lambda: len(read()) > 0, 5 * ALIVE):
+            killed.append((kill(), len(read())))
+
+    thread = threading.Thread(target=after_the_first)
+    thread.start()
+    code = command(*files, "--backend", "dask", "--scheduler", address, "--starts", 2, *SMALL_FLAGS)
+    thread.join()
+    assert killed
+    assert killed[0][0] == 2
+    assert killed[0][1] < 6, "it was killed after all was done"
+    assert [(row.name, row.feasible, row.failure) for row in read()] == [(f.stem, True, "") for f in files]
+    assert code == codes.FEASIBLE
+    assert all(len(load_grasps(f"results/{file.stem}")) == 2 for file in files)
+    run(["solve", str(files[0]), "--quiet", "--starts", "2", "--out", "alone", *SMALL_FLAGS])
+    assert same(load_grasps("results/cloud0"), load_grasps("alone"))
+
+
+@needs_dask
+@pytest.mark.filterwarnings("ignore")
+def test_a_scheduler_that_does_not_answer_is_told(capfd, monkeypatch):
+    monkeypatch.setattr("sgnlp.batch.CONNECTING", 0.5)
+    assert command(cloud("one"), "--backend", "dask", "--scheduler", "tcp://127.0.0.1:1") == codes.BAD_INPUT
+    assert "no dask scheduler answers at 'tcp://127.0.0.1:1'" in capfd.readouterr().err
+    assert not Path("results").exists()
+
+
+def test_a_batch_on_a_cluster_without_dask_says_what_to_install(capfd, monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    assert command(cloud("one"), "--backend", "dask", "--scheduler", "tcp://127.0.0.1:1") == codes.BAD_INPUT
+    assert "pip install 'sgnlp[dask]'" in capfd.readouterr().err

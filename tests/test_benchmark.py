@@ -1,0 +1,377 @@
+"""The benchmark's bookkeeping: rows, statistics, tables and files, and what a call does. Never a time."""
+
+import csv
+import json
+import math
+import os
+import time
+from dataclasses import fields, replace
+from functools import partial
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+import pytest
+from scenes import SMALL, ellipsoid, hand, oracle, posed
+
+import sgnlp
+from sgnlp import benchmarks, results
+from sgnlp.benchmarks import growth, measure, plain, processes, ratios, solving, startup, surface
+from sgnlp.benchmarks.bench import Bench
+from sgnlp.benchmarks.measure import Row, Time, clocked, cold_times, spread, timing, warm_times
+from sgnlp.benchmarks.oracle import call, functions, scene
+from sgnlp.cli import run
+from sgnlp.cli.benchmark import Benchmark, Section
+from sgnlp.ipopt import Planner
+from sgnlp.oracle import join
+from sgnlp.settings import ROBUST, Contact, GpisSettings
+from sgnlp.starts import starts
+
+INTERPRETED = replace(SMALL, solver=replace(SMALL.solver, compiled=False))
+SMALL_FLAGS = ("--gpis.surface-points", 60, "--gpis.interior-points", 15)
+
+
+@pytest.fixture
+def cloud(tmp_path, monkeypatch) -> Path:
+    """The file of the ellipsoid; the current folder is empty but for it."""
+    monkeypatch.chdir(tmp_path)
+    np.savez(tmp_path / "one.npz", points=ellipsoid(), table_height=0.0)
+    return tmp_path / "one.npz"
+
+
+@pytest.fixture
+def bench(cloud) -> Bench:
+    """Two starts of the small problem, measured once."""
+    small = Bench((cloud,), "allegro_left", "robust", INTERPRETED, starts=2, seed=0, jobs=2, repeats=1)
+    small.__dict__["hand"] = hand()  # loaded once for all tests, so that its functions are built once
+    return small
+
+
+def benchmark(*arguments: object) -> int:
+    return run(["benchmark", *map(str, arguments), "--solver.no-compiled"])
+
+
+# --- rows ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_row_has_the_least_the_middle_and_the_largest_value():
+    row = spread("iterations", "1", [5, 1, 9, 2], "note")
+    assert (row.name, row.unit, row.min, row.median, row.max, row.repeats) == ("iterations", "1", 1, 3.5, 9, 4)
+    assert math.isnan(row.cpu)
+
+
+def test_a_time_is_told_in_its_unit_with_the_median_of_the_cpu_time():
+    times = [Time(0.001, 0.003), Time(0.002, 0.001), Time(0.006, 0.002)]
+    row = timing("call", "ms", times)
+    assert [row.min, row.median, row.max, row.cpu, row.repeats] == pytest.approx([1, 2, 6, 2, 3])
+    assert timing("call", "µs", times).median == pytest.approx(2000)
+
+
+def test_a_warm_task_is_repeated_until_a_clock_can_tell_its_time(monkeypatch):
+    calls, now = [], [0.0]
+    monkeypatch.setattr(time, "perf_counter", lambda: now[0])
+
+    def task() -> None:
+        calls.append(1)
+        now[0] += measure.LEAST / 7.5
+
+    assert [t.wall for t in warm_times(task, 3)] == pytest.approx([measure.LEAST / 7.5] * 3)
+    assert len(calls) == 2 + 3 * 8
+
+
+def test_a_cold_task_is_called_once_a_value():
+    calls: list[int] = []
+    assert len(cold_times(partial(calls.append, 1), 3)) == 3
+    assert len(calls) == 3
+
+
+def test_the_result_of_a_task_comes_with_its_times():
+    result, spent = clocked(lambda: sum(range(10)))
+    assert result == 45
+    assert min(spent.wall, spent.cpu) >= 0
+
+
+def test_rows_survive_the_file(tmp_path):
+    rows = [replace(timing("call", "ms", [Time(1.0, 2.0)]), question="why?"), spread("memory", "MB", [1.5], "a, b")]
+    results.write_rows(tmp_path / "rows.csv", rows)
+    assert repr(results.read_rows(tmp_path / "rows.csv", Row)) == repr(rows)
+    assert {field.type for field in fields(Row)} <= {str, int, float, bool}
+
+
+def test_there_is_a_table_for_each_question():
+    rows = [replace(spread(name, "s", [1.0]), question=q) for q, name in (("a?", "x"), ("b?", "y"), ("a?", "z"))]
+    tables = benchmarks.tables(rows)
+    assert {question: [line["what"] for line in lines] for question, lines in tables.items()} == {
+        "a?": ["x", "z"],
+        "b?": ["y"],
+    }
+    assert tables["a?"][0]["CPU"] == ""
+
+
+@pytest.mark.parametrize(("value", "text"), [(0.012345, "0.0123"), (12.345, "12.3"), (123456.7, "123457"), (0, "0")])
+def test_numbers_have_three_digits(value, text):
+    assert benchmarks.number(value) == text
+
+
+# --- what is measured ------------------------------------------------------------------------------------------------
+
+
+def test_a_call_into_buffers_gives_what_the_function_gives():
+    problem = posed(SMALL)
+    joined, x, p = scene(problem, 0)
+    ones = np.ones(sum(joined.nlp.row_sizes))
+    arguments = {"H": (1.0, ones)}
+    for name, function in functions(joined).items():
+        once = call(function, x, p, moving=False)
+        once()
+        expected = function(x, p, *arguments.get(name, ()))
+        expected = expected if isinstance(expected, tuple) else [expected]
+        for found, block in zip(once.__defaults__[0][2], expected, strict=True):
+            np.testing.assert_array_equal(found, block.nonzeros())
+
+
+def test_only_at_a_new_x_is_the_surface_evaluated_and_once_for_all_functions():
+    problem = posed(SMALL)
+    _, x, p = scene(problem, 0)
+    joined = join(oracle(SMALL, "constrained").nlp, problem.gpis)
+    for moving, evaluations in ((False, 1), (True, 5)):
+        calls = [call(function, x, p, moving) for function in functions(joined).values()]
+        for _ in range(4):
+            for once in calls:
+                once()
+        assert joined.surface.evaluations == evaluations
+
+
+def test_a_rate_is_flops_over_time():
+    assert surface.rates(4e9, [Time(2.0, 1.0), Time(0.5, 1.0)]) == [2.0, 8.0]
+
+
+def test_the_limited_memory_planner_needs_no_hessian_and_leaves_the_other_as_it_is():
+    problem = posed(replace(SMALL, solver=replace(SMALL.solver, max_iterations=3, penalty_iterations=2)))
+    exact, (start,) = Planner(problem), starts(problem, 1, 0)
+    limited = ratios.limited_memory(exact)
+    assert limited.solve(start).iterations == 5
+    for planner, exact_second in ((limited, False), (exact, True)):
+        planner.solve(start)
+        for phase in planner.phases:
+            assert (phase.solver.stats().get("n_call_nlp_hess_l", 0) > 0) == exact_second
+
+
+def test_the_plain_hessian_is_the_same_hessian():
+    settings = replace(
+        SMALL,
+        gpis=GpisSettings(surface_points=12, interior_points=12),
+        contact=Contact(samples=2),
+        spheres="paper",
+    )
+    problem = posed(replace(settings, solver=replace(settings.solver, formulation="penalty")))
+    joined, x, p = scene(problem, 0)
+    lam = np.random.default_rng(0).normal(size=sum(joined.nlp.row_sizes))
+    H = np.array(joined.hessian(x, p, 0.7, lam))
+    found = np.array(plain.plain_hessian(problem.hand, joined.nlp.structure, problem.gpis)(x, p, 0.7, lam))
+    np.testing.assert_allclose(found, H, rtol=1e-9, atol=1e-9 * np.abs(H).max())
+
+
+def test_solves_are_counted_by_start_and_by_object(bench):
+    rows = {row.name: row for row in solving.solves(bench)}
+    assert rows["iterations of a start"].repeats == 2
+    assert rows["iterations of a start"].min > 5
+    assert rows["an object, 2 starts, one core"].repeats == 1
+    parts = [rows[f"an iteration: {part}"] for part in ("f, ∇f, g, J, H", "the rest")]
+    assert all(0 < part.min < rows["an iteration"].max for part in parts)
+    assert sum(part.median for part in parts) == pytest.approx(rows["an iteration"].median)  # of two values: the mean
+    assert rows["an object, 2 starts, one core"].median > rows["an object, 1 starts, one core"].median
+    assert rows["sgnlp.solve, 2 starts, 2 jobs"].median > rows["sgnlp.solve, 2 starts, 2 jobs: solving"].median
+
+
+def test_growth_has_a_row_for_each_size(bench, monkeypatch):
+    monkeypatch.setattr(growth, "SURFACE_POINTS", (20, 40))
+    monkeypatch.setattr(growth, "STARTS", (1, 2))
+    assert [row.name.split(":")[0] for row in growth.points(bench)] == ["N = 49"] * 3 + ["N = 69"] * 3
+    assert [row.name for row in growth.count_starts(bench)] == ["1 starts", "2 starts"]
+
+
+def test_each_opponent_has_its_ratio(bench, monkeypatch):
+    monkeypatch.setattr(ratios, "STEPS", 3)
+    monkeypatch.setattr(ratios, "plain_hessian", lambda *_: oracle(SMALL, "constrained").hessian)
+    quick = replace(INTERPRETED, solver=replace(INTERPRETED.solver, max_iterations=20))
+    rows = list(ratios.rows(replace(bench, settings=quick, starts=1)))
+    over = [row.name for row in rows if " over " in row.name]
+    assert over == [
+        "limited memory over exact",
+        "3 steps of rmsprop over Ipopt",
+        "3 steps of adamw over Ipopt",
+        "plain Hessian over ours",
+    ]
+    assert [row.note for row in rows if row.name == "limited memory: iterations"] == ["0 of 1 starts solved"]
+    (above,) = [row for row in rows if row.name == "3 steps of adamw: energy above Ipopt's"]
+    assert above.min > 0  # three steps lead nowhere
+    assert above.note.endswith("lower for 1 of 1 starts")
+
+
+def test_objects_are_taken_one_two_four_and_so_on(bench, monkeypatch):
+    seen = []
+    monkeypatch.setattr(growth, "planned", lambda bench, observation, count: seen.append(count))
+    bench.__dict__["observations"] = [None] * 5
+    assert [row.name for row in growth.objects(bench)] == ["1 objects", "2 objects", "4 objects"]
+    assert seen == [2] * 7
+
+
+def test_what_the_phases_and_the_comparisons_need_is_compiled_first_and_only_if_wanted(bench, monkeypatch):
+    compiled = []
+    monkeypatch.setattr("sgnlp.benchmarks.bench.compile_program", lambda *arguments: compiled.append(arguments[1]))
+    monkeypatch.setattr("sgnlp.benchmarks.bench.can_compile", lambda: True)
+    bench.ready()
+    assert compiled == []
+    for formulation, needed in {
+        "two_phase": ["penalty", "constrained"],
+        "constrained": ["constrained", "penalty"],
+        "penalty": ["penalty"],
+    }.items():
+        compiled.clear()
+        replace(bench, settings=replace(SMALL, solver=replace(SMALL.solver, formulation=formulation))).ready()
+        assert [structure.formulation for structure in compiled] == needed
+
+
+# --- processes -------------------------------------------------------------------------------------------------------
+
+
+def test_a_fresh_process_has_the_cache_folder_that_it_is_given(tmp_path, monkeypatch):
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    with processes.cache(tmp_path):
+        assert processes.fresh(os.getenv, "XDG_CACHE_HOME") == str(tmp_path)
+        assert processes.fresh(os.getpid) != os.getpid()
+    assert "XDG_CACHE_HOME" not in os.environ
+    monkeypatch.setenv("XDG_CACHE_HOME", "before")
+    with processes.cache(tmp_path):
+        pass
+    assert os.environ["XDG_CACHE_HOME"] == "before"
+
+
+def test_the_memory_of_a_process_is_that_of_all_its_descendants(monkeypatch):
+    code = "import subprocess, sys; subprocess.run([sys.executable, '-c', 'x = b\"1\" * 200_000_000'] + [''])"
+    monkeypatch.setattr(processes, "COMMAND", (processes.COMMAND[0], "-c", code))
+    monkeypatch.setattr(processes, "SAMPLING", 1e-3)
+    assert 150 < processes.peak_memory([]) < 400
+
+
+def test_before_the_first_solve_there_are_import_hand_cloud_surface_and_functions(bench, monkeypatch):
+    monkeypatch.setattr(startup, "fresh", lambda task, bench: task(bench))
+    names = [row.name for row in startup.rows(bench)]
+    assert names[:3] == ["python -c 'pass'", "python -c 'import sgnlp'", "python -c 'import sgnlp.cli'"]
+    assert names[3:6] == ["load the hand", "load and clean a cloud", "fit the surface"]
+    assert names[6:] == ["build the symbolic functions", "ready the solvers, interpreted"]
+
+
+def test_a_command_that_ends_in_an_error_is_no_measurement(cloud):
+    with pytest.raises(RuntimeError, match="exit code 3: error: unknown hand"):
+        processes.command(["solve", str(cloud), "--hand", "nope"])
+
+
+def test_the_flags_of_the_command_give_the_settings_that_are_measured(bench, monkeypatch):
+    from sgnlp.cli.solve import Solve
+
+    contact = replace(ROBUST.contact, pad=False, friction=0.8)
+    settings = replace(ROBUST, gpis=SMALL.gpis, contact=contact, spheres="paper")
+    caught = []
+    monkeypatch.setattr(Solve, "run", lambda self, console: caught.append(self) or 0)
+    for name, chosen in (("robust", settings), ("paper", settings), ("paper", sgnlp.preset("paper"))):
+        assert run(["solve", "one.npz", *solving.flags(replace(bench, preset=name, settings=chosen))]) == 0
+        assert caught[-1].settings == chosen
+        assert (caught[-1].starts, caught[-1].jobs, caught[-1].seed, caught[-1].hand) == (2, 2, 0, "allegro_left")
+
+
+# --- the command -----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def quick(monkeypatch) -> list[str]:
+    """Sections that give one made-up row each; their names as they are asked for."""
+    asked: list[str] = []
+
+    def section(name: str, bench: Bench):
+        asked.append(name)
+        yield spread(name, "s", [1.0] * bench.repeats)
+
+    made = {name: (f"{name}?", partial(section, name)) for name in benchmarks.SECTIONS}
+    monkeypatch.setattr(benchmarks, "SECTIONS", made)
+    return asked
+
+
+def test_the_flag_names_every_section():
+    assert get_args(Section) == tuple(benchmarks.SECTIONS)
+    assert Benchmark().sections == tuple(benchmarks.SECTIONS)
+
+
+def test_every_section_is_measured_unless_some_are_named(cloud, quick, capfd):
+    assert benchmark(cloud) == 0
+    assert quick == list(benchmarks.SECTIONS)
+    quick.clear()
+    assert benchmark(cloud, "--sections", "points", "oracle", "--repeats", 3) == 0
+    assert quick == ["points", "oracle"]
+    rows = results.read_rows(Path("results/benchmark/rows.csv"), Row)
+    assert [(row.question, row.name, row.repeats) for row in rows] == [
+        ("points?", "points", 3),
+        ("oracle?", "oracle", 3),
+    ]
+    assert "written: results/benchmark" in capfd.readouterr().out
+
+
+def test_the_problems_are_measured_where_no_cloud_is_named(cloud, quick):
+    Path("problems").mkdir()
+    for name in ("b", "a"):
+        (Path("problems") / f"{name}.npz").write_bytes(cloud.read_bytes())
+    assert benchmark("--sections", "oracle") == 0
+    made = json.loads(Path("results/benchmark/made.json").read_text())
+    assert list(made["inputs"]) == ["a", "b"]
+
+
+def test_beside_the_rows_stand_command_settings_versions_and_machine(cloud, quick):
+    assert benchmark(cloud, "--sections", "oracle", "--seed", 3, "--out", "out", *SMALL_FLAGS) == 0
+    assert sorted(path.name for path in Path("out").iterdir()) == ["made.json", "rows.csv", "table.md"]
+    made = json.loads(Path("out/made.json").read_text())
+    assert made["command"].startswith("sgnlp")
+    assert (made["study"]["seed"], made["study"]["sections"]) == (3, ["oracle"])
+    assert made["study"]["settings"]["gpis"]["surface_points"] == 60
+    assert {"versions", "machine", "inputs"} <= set(made)
+    assert made["machine"]["processors"] >= 1
+    assert Path("out/table.md").read_text().startswith("## oracle?\n\n| what | unit | median |")
+
+
+def test_what_was_measured_before_an_interrupt_is_kept(cloud, quick, monkeypatch, capfd):
+    def interrupted(bench: Bench):
+        raise KeyboardInterrupt
+        yield
+
+    monkeypatch.setitem(benchmarks.SECTIONS, "surface", ("surface?", interrupted))
+    assert benchmark(cloud, "--sections", "oracle", "surface", "--out", "out") == 130
+    with open("out/rows.csv", newline="") as file:
+        assert [line["name"] for line in csv.DictReader(file)] == ["oracle"]
+    assert capfd.readouterr().err == "interrupted\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("none.npz",), "there is no such file"),
+        ((), "no cloud is named"),
+        (("one.npz", "--repeats", 0), "--repeats must be positive"),
+        (("one.npz", "--starts", 0), "--starts must be positive"),
+        (("one.npz", "--hand", "nope"), "unknown hand"),
+    ],
+)
+def test_bad_input_is_told_before_any_measurement(arguments, message, cloud, quick, capfd):
+    assert benchmark(*arguments) == 3
+    out, err = capfd.readouterr()
+    assert (out, err.count("\n")) == ("", 1)
+    assert message in err
+    assert not quick
+    assert not Path("results").exists()
+
+
+def test_a_section_runs_from_the_command_to_its_table(cloud, capfd):
+    assert benchmark(cloud, "--sections", "surface", "--repeats", 2, *SMALL_FLAGS) == 0
+    rows = results.read_rows(Path("results/benchmark/rows.csv"), Row)
+    assert {row.name for row in rows} >= {"peak", "jets in NumPy"}
+    assert all(0 < row.min <= row.median <= row.max and row.repeats == 2 for row in rows)
+    assert "N = 89, V = 44" in capfd.readouterr().out
