@@ -419,7 +419,8 @@ def test_ctrl_c_ends_every_process_and_keeps_what_is_done():
         assert wait_for(lambda: len(read()) > 0, 3 * ALIVE), "no object has ended"
         os.killpg(process.pid, signal.SIGINT)
         out, err = process.communicate(timeout=ALIVE)
-        assert (process.returncode, out, err) == (codes.INTERRUPTED, "", "interrupted\n")
+        assert (process.returncode, out) == (codes.INTERRUPTED, "")
+        assert err.endswith("interrupted\n"), err  # CPython may tell of a signal inside its hooks of a fork before it
         assert wait_for(lambda: not group(process.pid), 2.0)
         done = [row.name for row in read()]
         assert 0 < len(done) < 30

@@ -113,9 +113,10 @@ def composed(functions: Oracle, gpis) -> ca.Function:
     return ca.Function("composed", [x, p, lam_f, lam_g], [f, ca.gradient(f, x), g, ca.jacobian(g, x), H])
 
 
+@pytest.mark.parametrize("kernel", sorted(KERNELS))
 @pytest.mark.parametrize("formulation", FORMULATIONS)
-def test_the_chain_with_jets_equals_casadis_differentiation_of_the_whole_expression(formulation):
-    settings = with_kernel(replace(LOADED, spheres="paper"), "thin_plate", surface_points=12)
+def test_the_chain_with_jets_equals_casadis_differentiation_of_the_whole_expression(formulation, kernel):
+    settings = with_kernel(replace(LOADED, spheres="paper"), kernel, surface_points=12)
     settings = replace(settings, contact=replace(settings.contact, samples=2))
     functions, x, p, lam = scene(settings, formulation)
     f, g, rows, J, H = (np.array(a) for a in composed(functions, posed(settings).gpis)(x, p, 0.7, lam))

@@ -60,7 +60,9 @@ def test_the_wheel_holds_every_module_and_every_hand(wheel):
 def test_the_wheel_holds_nothing_but_the_package(wheel):
     top = {name.split("/")[0] for name in wheel.namelist()}
     assert top == {"sgnlp", f"sgnlp-{sgnlp.__version__}.dist-info"}
-    assert not [name for name in wheel.namelist() if re.search(r"test|problems|results/|\.npz|\.pyc|cache", name)]
+    assert not [
+        name for name in wheel.namelist() if re.search(r"test|problems|results/|\.npz|\.pyc|__pycache__|\.cache", name)
+    ]
 
 
 def test_the_wheel_names_the_command_and_what_it_needs(wheel):

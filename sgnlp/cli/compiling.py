@@ -28,7 +28,8 @@ def offer(console: Console, hand: Hand, name: str, settings: Settings) -> None:
     if not missing(hand, settings):
         return
     if not compiled.can_compile():
-        console.print("No C compiler was found: the functions are interpreted, which takes about twice as long.")
+        text = "No C compiler was found: the functions are interpreted, which takes about twice as long."
+        console.print(text, soft_wrap=True)
         return
     command = ["cache", "--build", *_flags(name, settings)]
     if not console.is_terminal:
@@ -44,7 +45,8 @@ def offer(console: Console, hand: Hand, name: str, settings: Settings) -> None:
         start_new_session=True,
         preexec_fn=lambda: os.nice(PATIENCE) and None,
     )
-    console.print("Compiling the functions in the background, once for all objects: later plans take half the time.")
+    text = "Compiling the functions in the background, once for all objects: later plans take half the time."
+    console.print(text, soft_wrap=True)
 
 
 def _flags(name: str, settings: Settings) -> list[str]:

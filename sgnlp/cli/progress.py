@@ -2,11 +2,16 @@
 
 import os
 import signal
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import FrameType
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+AGAIN = 0.05
+"""After this [s] a Ctrl-C that came inside the hooks of a fork is sent again."""
 
 
 @contextmanager
@@ -47,11 +52,15 @@ def interrupts() -> Iterator[Callable[[], None]]:
     """
     caught, owner = False, os.getpid()
 
-    def handle(number: int, frame: object) -> None:
+    def handle(number: int, frame: FrameType | None) -> None:
         nonlocal caught
         caught = True
-        if os.getpid() == owner:  # a process just forked is ended by its parent
-            raise KeyboardInterrupt
+        if os.getpid() != owner:  # a process just forked is ended by its parent
+            return
+        if frame is not None and frame.f_globals.get("__name__") == "logging":
+            threading.Timer(AGAIN, os.kill, (owner, number)).start()  # a fork runs its hooks and prints what they raise
+            return
+        raise KeyboardInterrupt
 
     def check() -> None:
         if caught:
