@@ -83,16 +83,16 @@ class Solve:
         if self.json:
             sys.stdout.write(results.json_text(summary(plan)))
         if show:
-            _show(console, plan, folder)
-            compiling.offer(console, hand, self.hand, self.settings)
+            _show(console, plan, folder, self.hand)
         return codes.FEASIBLE if plan.best else codes.NONE_FEASIBLE
 
 
-def _show(console: Console, plan: Plan, folder: Path) -> None:
+def _show(console: Console, plan: Plan, folder: Path, hand: str) -> None:
     for note in plan.observation.notes:
         console.print(note, style="dim")
     for table in report.tables(plan):
         console.print(table)
         console.print()
+    compiling.offer(console, plan.problem.hand, hand, plan.problem.settings)
     console.print(report.headline(plan))
     console.print(f"written: {folder / results.GRASPS}, {folder / results.SUMMARY}", soft_wrap=True)
