@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.compiled import program
-from sgnlp.nlp import UNITS, Nlp
+from sgnlp.nlp import UNITS, Nlp, variable_kinds
 from sgnlp.oracle import join
 from sgnlp.problem import Problem
 from sgnlp.starts import Start, initial
@@ -76,9 +76,7 @@ OPTIMISERS: dict[str, Callable[[Array], Step]] = {"adamw": adamw, "rmsprop": rms
 
 def learning_rates(nlp: Nlp) -> Array:
     """The release's rates in the units of the scaled variables (nx,)."""
-    n, m = len(nlp.hand.joint_names), len(nlp.hand.fingers)
-    names = ["linear"] * 3 + ["angular"] * 3 + ["joint"] * n + ["target"] * (3 * m) + ["gain"] * m
-    return np.array([RATES[name] / UNITS[name] for name in names])
+    return np.array([RATES[kind] / UNITS[kind] for kind in variable_kinds(nlp.hand)])
 
 
 def descend(problem: Problem, start: Start, optimiser: str, steps: int) -> Descent:

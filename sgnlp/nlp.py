@@ -93,11 +93,15 @@ def parameter_vector(hand: Hand) -> ParameterVector:
     return ParameterVector(sizes | widths)
 
 
+def variable_kinds(hand: Hand) -> list[str]:
+    """The kind of each variable (nx,), a key of `UNITS`: the order of x."""
+    n, m = len(hand.joint_names), len(hand.fingers)
+    return ["linear"] * 3 + ["angular"] * 3 + ["joint"] * n + ["target"] * (3 * m) + ["gain"] * m
+
+
 def variable_units(hand: Hand) -> Array:
     """The unit of each variable (nx,)."""
-    n, m = len(hand.joint_names), len(hand.fingers)
-    names = ["linear"] * 3 + ["angular"] * 3 + ["joint"] * n + ["target"] * (3 * m) + ["gain"] * m
-    return np.array([UNITS[name] for name in names])
+    return np.array([UNITS[kind] for kind in variable_kinds(hand)])
 
 
 def frame(hand: Hand, structure: Structure) -> dict[str, Any]:

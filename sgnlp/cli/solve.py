@@ -79,9 +79,10 @@ class Solve:
                 timeout=self.timeout,
                 progress=advance,
             )
-        results.save(arrays(plan), summary(plan), folder)
+        outcome = summary(plan)
+        results.save(arrays(plan), outcome, folder)
         if self.json:
-            sys.stdout.write(results.json_text(summary(plan)))
+            sys.stdout.write(results.json_text(outcome))
         if show:
             _show(console, plan, folder, self.hand)
         return codes.FEASIBLE if plan.best else codes.NONE_FEASIBLE
