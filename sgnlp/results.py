@@ -39,7 +39,9 @@ def save(grasps: Grasps, summary: dict[str, Any], folder: Path) -> None:
     """
     arrays = {f.name: getattr(grasps, f.name) for f in fields(Grasps) if f.name != "meta"}
     arrays["meta"] = np.array(json.dumps(grasps.meta, sort_keys=True))
-    _replace(folder / GRASPS, lambda file: np.savez_compressed(file, **arrays))
+    archive = io.BytesIO()  # never closed by an interrupt while the archive is open, unlike a file
+    np.savez_compressed(archive, **arrays)
+    _replace(folder / GRASPS, archive.getvalue())
     write_text(folder / SUMMARY, json_text(summary))
 
 
@@ -73,7 +75,7 @@ def json_text(value: Any) -> str:
 
 def write_text(file: Path, text: str) -> None:
     """Write a text file whole or not at all."""
-    _replace(file, lambda handle: handle.write(text.encode()))
+    _replace(file, text.encode())
 
 
 def write_rows(file: Path, rows: Sequence[Any]) -> None:
@@ -121,14 +123,14 @@ def same_study(file: Path, made: dict[str, Any]) -> None:
         raise InputError(f"'{file.parent}' holds rows of other settings or clouds; choose another --out or delete it")
 
 
-def _replace(target: Path, write: Any) -> None:
+def _replace(target: Path, content: bytes) -> None:
     """Write a temporary file beside the target, whose folder is made, and move it into place."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
         try:
             with os.fdopen(handle, "wb") as file:
-                write(file)
+                file.write(content)
             os.chmod(name, 0o644)
             os.replace(name, target)
         except BaseException:
