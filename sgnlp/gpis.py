@@ -93,10 +93,6 @@ class Gpis:
         """Metric deviation σ/|∇μ| (Q,) [m]."""
         return self.deviation(Z) / _slope(self.gradient(Z))
 
-    def jets(self, Z: Array, uncertain: int) -> tuple[Array, Array]:
-        """Jets of the mean at Z (Q, 3) [m], and of the variance at the first `uncertain` of them."""
-        return self.mean_jet(Z), self.variance_jet(Z[:uncertain])
-
     def mean_jet(self, Z: Array) -> Array:
         """μ and its derivatives of order 1, 2 and 3 (Q, 20) at Z (Q, 3), orders of `PAIRS` and `TRIPLES`."""
         d, (k, k1, k2, k3) = self._radial(Z)

@@ -1,9 +1,11 @@
-/* Raw jets of a Gaussian-process implicit surface: mean to order 3, variance to order 2, P query points at a time.
+/* Raw jets of a Gaussian-process implicit surface: mean to order 3, variance to order 2, P query points at a time, in
+   two steps: what a trial point of a line search needs, then the rest if the point is accepted.
 
    A vector holds one number for each of P points, so that no sum runs across its lanes and a point's jet does not
    depend on its neighbours. With w = L^-1 k, v_a = L^-1 d_a k and beta = L^-T w:
-     d_a var = -2 w.v_a,   d_ab var = -2 (v_a.v_b + beta.d_ab k)
-   Flops: 5 N^2 for each variance, of which 4 N^2 are L^-1 (k, d_x k, d_y k, d_z k); about 70 N for each mean. */
+     var = k(0) - w.w,   d_a var = -2 w.v_a,   d_ab var = -2 (v_a.v_b + beta.d_ab k)
+   Flops of a point: values N^2 for the variance and 25 N for the mean; derivatives 4 N^2, of which 3 N^2 are
+   L^-1 (d_x k, d_y k, d_z k) and N^2 beta, and 70 N. */
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
@@ -13,8 +15,9 @@
 #else
 #define P 4
 #endif
-#define ROWS 6    /* rows of the whitener in registers, with four right-hand sides: 24 accumulators */
-#define COLUMNS 12 /* rows of its transpose, with one */
+#define ROWS 8     /* rows of the whitener in registers, with three right-hand sides: 24 accumulators */
+#define COLUMNS 12 /* rows of its transpose, with one; both divide the padded number of training points */
+#define WORK 5    /* vectors of work for each training point */
 #define MEAN_JET 20
 #define VARIANCE_JET 10
 
@@ -24,12 +27,12 @@ static const double MIN_RADIUS = 1e-7;
 enum { THIN_PLATE, MATERN32, MATERN52, SQUARED_EXPONENTIAL };
 
 typedef struct {
-  int64_t kernel, n;       /* n training points, padded to a multiple of 12 */
+  int64_t kernel, n;       /* n training points, padded to a multiple of 24 */
   double prior, reach, amplitude, prior_variance;
   const double *X, *alpha; /* (n, 3), (n) */
   const double *forward;   /* panels of ROWS rows of L^-1, each (columns up to the diagonal, ROWS) */
   const double *backward;  /* panels of COLUMNS rows of L^-T, each (columns from the diagonal on, COLUMNS) */
-  double *work;            /* (8 n P), aligned */
+  double *work;            /* (5 n P), aligned, then w = L^-1 k of every vector of points with variance (.., n P) */
 } surface;
 
 static inline vec fill(double x) { return x - (vec){0}; }
@@ -98,11 +101,46 @@ static inline __attribute__((always_inline)) void radial(int kernel, double R, d
   }
 }
 
-/* One vector of points z: mean jets into J (20), and what the variance needs: right-hand sides (n, 4), d (n, 3),
-   Dk and D2k (n). */
-static inline __attribute__((always_inline)) void mean_block(const surface *s, int kernel, const vec *z, vec *J,
-                                                             vec *sides, vec *curved) {
-  vec value = {0}, slope = {0}, g[3] = {{0}}, first[3] = {{0}}, second[6] = {{0}}, third[10] = {{0}};
+/* One vector of points z: value and first derivatives of the mean into J (4), and the kernel into k (n). */
+static inline __attribute__((always_inline)) void mean_values(const surface *s, int kernel, const vec *z, vec *J,
+                                                              vec *kernels) {
+  vec value = {0}, g[3] = {{0}};
+  for (int64_t n = 0; n < s->n; n++) {
+    const double *x = s->X + 3 * n;
+    vec d0 = z[0] - x[0], d1 = z[1] - x[1], d2 = z[2] - x[2];
+    vec square = d0 * d0 + d1 * d1 + d2 * d2, k, k1, k2, k3;
+    radial(kernel, s->reach, s->amplitude, &square, &k, &k1, &k2, &k3);
+    if (kernels) kernels[n] = k;
+    vec w1 = k1 * s->alpha[n];
+    value += k * s->alpha[n];
+    g[0] += w1 * d0, g[1] += w1 * d1, g[2] += w1 * d2;
+  }
+  J[0] = value + s->prior;
+  for (int a = 0; a < 3; a++) J[1 + a] = g[a];
+}
+
+/* w = L^-1 k (n) of one vector of points, and its square, by which the variance is below the prior's. */
+static vec whiten(const surface *s, const vec *kernels, vec *w) {
+  vec sum = {0};
+  const double *A = s->forward;
+  for (int64_t i = 0; i < s->n; i += ROWS) {
+    vec t[ROWS] = {{0}};
+    for (int64_t j = 0; j < i + ROWS; j++, A += ROWS) {
+      vec k = kernels[j];
+#pragma GCC unroll 8
+      for (int row = 0; row < ROWS; row++) t[row] += k * A[row];
+    }
+#pragma GCC unroll 8
+    for (int row = 0; row < ROWS; row++) w[i + row] = t[row], sum += t[row] * t[row];
+  }
+  return sum;
+}
+
+/* One vector of points z: derivatives of order 2 and 3 of the mean into J (16), and what those of the variance need:
+   right-hand sides d_a k (n, 3), and Dk and D2k (n, 2). */
+static inline __attribute__((always_inline)) void mean_derivatives(const surface *s, int kernel, const vec *z, vec *J,
+                                                                   vec *sides, vec *curved) {
+  vec slope = {0}, first[3] = {{0}}, second[6] = {{0}}, third[10] = {{0}};
   for (int64_t n = 0; n < s->n; n++) {
     const double *x = s->X + 3 * n;
     double alpha = s->alpha[n];
@@ -111,17 +149,11 @@ static inline __attribute__((always_inline)) void mean_block(const surface *s, i
     vec square = d00 + d11 + d22, k, k1, k2, k3;
     radial(kernel, s->reach, s->amplitude, &square, &k, &k1, &k2, &k3);
     if (sides) {
-      sides[4 * n] = k;
-      sides[4 * n + 1] = k1 * d0;
-      sides[4 * n + 2] = k1 * d1;
-      sides[4 * n + 3] = k1 * d2;
-      curved[2 * n] = k1;
-      curved[2 * n + 1] = k2;
+      sides[3 * n] = k1 * d0, sides[3 * n + 1] = k1 * d1, sides[3 * n + 2] = k1 * d2;
+      curved[2 * n] = k1, curved[2 * n + 1] = k2;
     }
-    vec w1 = k1 * alpha, w2 = k2 * alpha, w3 = k3 * alpha;
-    value += k * alpha;
-    slope += w1;
-    g[0] += w1 * d0, g[1] += w1 * d1, g[2] += w1 * d2;
+    vec w2 = k2 * alpha, w3 = k3 * alpha;
+    slope += k1 * alpha;
     first[0] += w2 * d0, first[1] += w2 * d1, first[2] += w2 * d2;
     second[0] += w2 * d00, second[1] += w2 * d01, second[2] += w2 * d02;
     second[3] += w2 * d11, second[4] += w2 * d12, second[5] += w2 * d22;
@@ -129,44 +161,42 @@ static inline __attribute__((always_inline)) void mean_block(const surface *s, i
     third[0] += t0 * d00, third[1] += t0 * d01, third[2] += t0 * d02, third[3] += t0 * d11, third[4] += t0 * d12;
     third[5] += t0 * d22, third[6] += t1 * d11, third[7] += t1 * d12, third[8] += t1 * d22, third[9] += t2 * d22;
   }
-  J[0] = value + s->prior;
-  for (int a = 0; a < 3; a++) J[1 + a] = g[a];
-  J[4] = second[0] + slope, J[5] = second[1], J[6] = second[2];
-  J[7] = second[3] + slope, J[8] = second[4], J[9] = second[5] + slope;
-  J[10] = third[0] + 3 * first[0], J[11] = third[1] + first[1], J[12] = third[2] + first[2];
-  J[13] = third[3] + first[0], J[14] = third[4], J[15] = third[5] + first[0];
-  J[16] = third[6] + 3 * first[1], J[17] = third[7] + first[2], J[18] = third[8] + first[1];
-  J[19] = third[9] + 3 * first[2];
+  J[0] = second[0] + slope, J[1] = second[1], J[2] = second[2];
+  J[3] = second[3] + slope, J[4] = second[4], J[5] = second[5] + slope;
+  J[6] = third[0] + 3 * first[0], J[7] = third[1] + first[1], J[8] = third[2] + first[2];
+  J[9] = third[3] + first[0], J[10] = third[4], J[11] = third[5] + first[0];
+  J[12] = third[6] + 3 * first[1], J[13] = third[7] + first[2], J[14] = third[8] + first[1];
+  J[15] = third[9] + 3 * first[2];
 }
 
-static void variance_block(const surface *s, const vec *z, const vec *sides, const vec *curved, vec *white, vec *V) {
-  vec sum[10] = {{0}}; /* w.w, w.v_a, v_a.v_b */
+/* Derivatives V (9) of the variance of one vector of points z whose w = L^-1 k is known. */
+static void variance_derivatives(const surface *s, const vec *z, const vec *sides, const vec *curved, const vec *w,
+                                 vec *V) {
+  vec sum[9] = {{0}}; /* w.v_a, v_a.v_b + beta.d_ab k */
   const double *A = s->forward;
   for (int64_t i = 0; i < s->n; i += ROWS) {
-    vec t[ROWS][4] = {{{0}}};
+    vec t[ROWS][3] = {{{0}}};
     for (int64_t j = 0; j < i + ROWS; j++, A += ROWS) {
-      vec r0 = sides[4 * j], r1 = sides[4 * j + 1], r2 = sides[4 * j + 2], r3 = sides[4 * j + 3];
-#pragma GCC unroll 6
+      vec r0 = sides[3 * j], r1 = sides[3 * j + 1], r2 = sides[3 * j + 2];
+#pragma GCC unroll 8
       for (int row = 0; row < ROWS; row++) {
         vec a = fill(A[row]);
-        t[row][0] += a * r0, t[row][1] += a * r1, t[row][2] += a * r2, t[row][3] += a * r3;
+        t[row][0] += a * r0, t[row][1] += a * r1, t[row][2] += a * r2;
       }
     }
-#pragma GCC unroll 6
+#pragma GCC unroll 8
     for (int row = 0; row < ROWS; row++) {
-      vec w = t[row][0], a = t[row][1], b = t[row][2], c = t[row][3];
-      white[i + row] = w;
-      sum[0] += w * w, sum[1] += w * a, sum[2] += w * b, sum[3] += w * c;
-      sum[4] += a * a, sum[5] += a * b, sum[6] += a * c, sum[7] += b * b, sum[8] += b * c, sum[9] += c * c;
+      vec a = t[row][0], b = t[row][1], c = t[row][2];
+      sum[0] += w[i + row] * a, sum[1] += w[i + row] * b, sum[2] += w[i + row] * c;
+      sum[3] += a * a, sum[4] += a * b, sum[5] += a * c, sum[6] += b * b, sum[7] += b * c, sum[8] += c * c;
     }
   }
   const double *B = s->backward;
   for (int64_t i = 0; i < s->n; i += COLUMNS) {
     vec beta[COLUMNS] = {{0}};
     for (int64_t j = i; j < s->n; j++, B += COLUMNS) {
-      vec w = white[j];
 #pragma GCC unroll 12
-      for (int row = 0; row < COLUMNS; row++) beta[row] += w * B[row];
+      for (int row = 0; row < COLUMNS; row++) beta[row] += w[j] * B[row];
     }
 #pragma GCC unroll 12
     for (int row = 0; row < COLUMNS; row++) {
@@ -174,44 +204,71 @@ static void variance_block(const surface *s, const vec *z, const vec *sides, con
       vec d0 = z[0] - x[0], d1 = z[1] - x[1], d2 = z[2] - x[2];
       vec slope = beta[row] * curved[2 * (i + row)], q = beta[row] * curved[2 * (i + row) + 1];
       vec q0 = q * d0, q1 = q * d1;
-      sum[4] += q0 * d0 + slope, sum[5] += q0 * d1, sum[6] += q0 * d2;
-      sum[7] += q1 * d1 + slope, sum[8] += q1 * d2, sum[9] += q * d2 * d2 + slope;
+      sum[3] += q0 * d0 + slope, sum[4] += q0 * d1, sum[5] += q0 * d2;
+      sum[6] += q1 * d1 + slope, sum[7] += q1 * d2, sum[8] += q * d2 * d2 + slope;
     }
   }
-  V[0] = s->prior_variance - sum[0];
-  for (int i = 1; i < VARIANCE_JET; i++) V[i] = -2 * sum[i];
+  for (int i = 0; i < 9; i++) V[i] = -2 * sum[i];
 }
 
-static inline __attribute__((always_inline)) void all(const surface *s, int kernel, int64_t Q, int64_t uncertain,
-                                                      const double *Z, int64_t stride, double *J, double *V) {
-  vec *sides = (vec *)s->work, *curved = sides + 4 * s->n, *white = curved + 2 * s->n;
+/* Points q to q + P - 1 of Z (Q, 3), stored by columns; the last one again beyond the end. */
+static inline void gather(const double *Z, int64_t stride, int64_t Q, int64_t q, vec *z) {
+  for (int l = 0; l < P; l++)
+    for (int a = 0; a < 3; a++) z[a][l] = Z[(q + l < Q ? q + l : Q - 1) + stride * a];
+}
+
+/* The first `count` numbers of each lane to `to` (Q, width), from point q on. */
+static inline void scatter(const vec *from, int count, double *to, int64_t width, int64_t Q, int64_t q) {
+  for (int l = 0; l < P && q + l < Q; l++)
+    for (int i = 0; i < count; i++) to[(q + l) * width + i] = from[i][l];
+}
+
+static inline __attribute__((always_inline)) void values(const surface *s, int kernel, int64_t Q, int64_t uncertain,
+                                                         const double *Z, int64_t stride, double *J, double *V) {
+  vec *kernels = (vec *)s->work, *white = kernels + WORK * s->n, z[3], mean[4];
   for (int64_t q = 0; q < Q; q += P) {
-    vec z[3], mean[MEAN_JET], variance[VARIANCE_JET];
-    for (int l = 0; l < P; l++) {
-      int64_t point = q + l < Q ? q + l : Q - 1;
-      for (int a = 0; a < 3; a++) z[a][l] = Z[point + stride * a];
-    }
-    int whiten = q < uncertain;
-    if (whiten)
-      mean_block(s, kernel, z, mean, sides, curved);
-    else
-      mean_block(s, kernel, z, mean, 0, 0);
-    for (int l = 0; l < P && q + l < Q; l++)
-      for (int i = 0; i < MEAN_JET; i++) J[(q + l) * MEAN_JET + i] = mean[i][l];
-    if (!whiten) continue;
-    variance_block(s, z, sides, curved, white, variance);
-    for (int l = 0; l < P && q + l < uncertain; l++)
-      for (int i = 0; i < VARIANCE_JET; i++) V[(q + l) * VARIANCE_JET + i] = variance[i][l];
+    gather(Z, stride, Q, q, z);
+    mean_values(s, kernel, z, mean, q < uncertain ? kernels : 0);
+    scatter(mean, 4, J, MEAN_JET, Q, q);
+    if (q >= uncertain) continue;
+    vec variance = s->prior_variance - whiten(s, kernels, white + q / P * s->n);
+    scatter(&variance, 1, V, VARIANCE_JET, uncertain, q);
   }
 }
 
-/* Jets J (Q, 20) of the mean at the points Z (Q, 3), stored by columns, and V (uncertain, 10) of the variance at the
-   first of them. */
-void gpis_jets(const surface *s, int64_t Q, int64_t uncertain, const double *Z, double *J, double *V) {
-  switch (s->kernel) {
-    case THIN_PLATE: all(s, THIN_PLATE, Q, uncertain, Z, Q, J, V); break;
-    case MATERN32: all(s, MATERN32, Q, uncertain, Z, Q, J, V); break;
-    case MATERN52: all(s, MATERN52, Q, uncertain, Z, Q, J, V); break;
-    default: all(s, SQUARED_EXPONENTIAL, Q, uncertain, Z, Q, J, V);
+static inline __attribute__((always_inline)) void derivatives(const surface *s, int kernel, int64_t Q,
+                                                              int64_t uncertain, const double *Z, int64_t stride,
+                                                              double *J, double *V) {
+  vec *sides = (vec *)s->work, *curved = sides + 3 * s->n, *white = sides + WORK * s->n;
+  vec z[3], mean[MEAN_JET - 4], variance[VARIANCE_JET - 1];
+  for (int64_t q = 0; q < Q; q += P) {
+    gather(Z, stride, Q, q, z);
+    mean_derivatives(s, kernel, z, mean, q < uncertain ? sides : 0, curved);
+    scatter(mean, MEAN_JET - 4, J + 4, MEAN_JET, Q, q);
+    if (q >= uncertain) continue;
+    variance_derivatives(s, z, sides, curved, white + q / P * s->n, variance);
+    scatter(variance, VARIANCE_JET - 1, V + 1, VARIANCE_JET, uncertain, q);
   }
+}
+
+#define FOR_EVERY_KERNEL(step)                                                                                    \
+  switch (s->kernel) {                                                                                            \
+    case THIN_PLATE: step(s, THIN_PLATE, Q, uncertain, Z, stride, J, V); break;                                   \
+    case MATERN32: step(s, MATERN32, Q, uncertain, Z, stride, J, V); break;                                       \
+    case MATERN52: step(s, MATERN52, Q, uncertain, Z, stride, J, V); break;                                       \
+    default: step(s, SQUARED_EXPONENTIAL, Q, uncertain, Z, stride, J, V);                                         \
+  }
+
+/* Value and first derivatives of the mean at the points Z (Q, 3), stored by columns `stride` apart, into J[:, :4] of
+   J (Q, 20), and the variance at the first `uncertain` of them into V[:, 0] of V (uncertain, 10). */
+void gpis_values(const surface *s, int64_t Q, int64_t uncertain, const double *Z, int64_t stride, double *J,
+                 double *V) {
+  FOR_EVERY_KERNEL(values)
+}
+
+/* The rest of J and V. The points whose variance is asked for are those of the last call of gpis_values that asked for
+   any. */
+void gpis_derivatives(const surface *s, int64_t Q, int64_t uncertain, const double *Z, int64_t stride, double *J,
+                      double *V) {
+  FOR_EVERY_KERNEL(derivatives)
 }

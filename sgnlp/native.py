@@ -1,27 +1,30 @@
 """The raw jets of the surface in C: `gpis_jets.c`, compiled once by the system's compiler and kept in the user's cache.
 
-It does what `Gpis.mean_jet` and `Gpis.variance_jet` do in NumPy, six times as fast, and stands in for them where a C
-compiler is found.
+It does what `Gpis.mean_jet` and `Gpis.variance_jet` do in NumPy, six times as fast and in two steps, and stands in for
+them where a C compiler is found.
 """
 
 import ctypes
+import math
 import subprocess
 from functools import lru_cache
 from importlib.resources import files
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp import toolchain
-from sgnlp.gpis import MEAN_JET, VARIANCE_JET, Gpis
+from sgnlp.gpis import Gpis
 
 Array = NDArray[np.float64]
 
 SOURCE = "gpis_jets.c"
 FLAGS = ("-O2", "-march=native", "-fno-math-errno", "-fno-trapping-math")
 """-O3 gains nothing. No -ffast-math: the same input is to give the same bits."""
-ROWS, COLUMNS, LANES = 6, 12, 8
-"""Rows of a panel of the whitener and of its transpose, points in a vector: as in the C source."""
+ROWS, COLUMNS, WORK, LANES = 8, 12, 5, 8
+"""Of the C source: rows of a panel of the whitener and of its transpose, vectors of work a training point, points in a
+vector at most."""
 ALIGNMENT = 64
 """Of the arrays [bytes]: a cache line, and the widest vector."""
 CODES = {"thin_plate": 0, "matern32": 1, "matern52": 2, "squared_exponential": 3}
@@ -39,29 +42,65 @@ class _Surface(ctypes.Structure):
 
 
 class NativeJets:
-    """The jets of one fitted surface by the compiled library. Not to be shared by threads: it has one work space."""
+    """The jets of one fitted surface by the compiled library, variances of `uncertain` points at most.
 
-    def __init__(self, library: ctypes.CDLL, gpis: Gpis):
-        N = len(gpis.X)
-        n = -(-N // COLUMNS) * COLUMNS  # padded with copies of the first point that have no weight
+    Not to be shared by threads: it has one work space.
+    """
+
+    def __init__(self, library: ctypes.CDLL, gpis: Gpis, uncertain: int):
+        N, multiple = len(gpis.X), math.lcm(ROWS, COLUMNS)
+        n = -(-N // multiple) * multiple  # padded with copies of the first point that have no weight
         X, alpha, whitener = np.tile(gpis.X[0], (n, 1)), np.zeros(n), np.zeros((n, n))
         X[:N], alpha[:N], whitener[:N, :N] = gpis.X, gpis.alpha, np.tril(gpis.whitener)
         forward = np.concatenate([whitener[i : i + ROWS, : i + ROWS].T.ravel() for i in range(0, n, ROWS)])
         backward = np.concatenate([whitener[i:, i : i + COLUMNS].ravel() for i in range(0, n, COLUMNS)])
-        work = np.zeros(7 * n * LANES)
+        work = np.zeros((WORK * LANES + uncertain + LANES) * n)
         self._arrays = [_aligned(a.ravel()) for a in (X, alpha, forward, backward, work)]
         numbers = (gpis.prior, gpis.reach, gpis.amplitude, gpis.prior_variance)
         self._surface = _Surface(CODES[gpis.kernel], n, *numbers, *(a.ctypes.data for a in self._arrays))
-        self._function = library.gpis_jets
+        self._library = library
 
-    def __call__(self, Z: Array, uncertain: int) -> tuple[Array, Array]:
-        """Jets of the mean (Q, 20) at Z (Q, 3) [m] and of the variance (uncertain, 10) at the first of them."""
-        Z = np.asfortranarray(Z, dtype=float)
-        mean, variance = np.empty((len(Z), MEAN_JET)), np.empty((uncertain, VARIANCE_JET))
-        arrays = (ctypes.c_void_p(a.ctypes.data) for a in (Z, mean, variance))
-        sizes = ctypes.c_int64(len(Z)), ctypes.c_int64(uncertain)
-        self._function(ctypes.byref(self._surface), *sizes, *arrays)
-        return mean, variance
+    def values(self, Z: Array, mean: Array, variance: Array) -> None:
+        """μ and ∇μ at Z (Q, 3) [m] into mean[:, :4] (Q, 20), σ² at the first V points into variance[:, 0] (V, 10).
+
+        Z has its columns in one piece, the jets their rows.
+        """
+        self._call(self._library.gpis_values, Z, mean, variance)
+
+    def derivatives(self, Z: Array, mean: Array, variance: Array) -> None:
+        """The rest of the jets. The V points are those of the last call of `values` that had any."""
+        self._call(self._library.gpis_derivatives, Z, mean, variance)
+
+    def _call(self, function: Any, Z: Array, mean: Array, variance: Array) -> None:
+        function(
+            ctypes.byref(self._surface),
+            ctypes.c_int64(len(mean)),
+            ctypes.c_int64(len(variance)),
+            ctypes.c_void_p(Z.ctypes.data),
+            ctypes.c_int64(Z.strides[1] // Z.itemsize),
+            ctypes.c_void_p(mean.ctypes.data),
+            ctypes.c_void_p(variance.ctypes.data),
+        )
+
+
+class NumpyJets:
+    """The same steps in NumPy, where there is no compiler: the first does it all."""
+
+    def __init__(self, gpis: Gpis):
+        self._gpis = gpis
+
+    def values(self, Z: Array, mean: Array, variance: Array) -> None:
+        """Jets of the mean (Q, 20) at Z (Q, 3) [m], and of the variance (V, 10) at the first V of them."""
+        mean[:], variance[:] = self._gpis.mean_jet(Z), self._gpis.variance_jet(Z[: len(variance)])
+
+    def derivatives(self, Z: Array, mean: Array, variance: Array) -> None:
+        """They are there."""
+
+
+def raw_jets(gpis: Gpis, uncertain: int, compiled: bool = True) -> NativeJets | NumpyJets:
+    """The jets of a fitted surface, variances of `uncertain` points at most; in C if `compiled` and it can be had."""
+    loaded = library() if compiled else None
+    return NumpyJets(gpis) if loaded is None else NativeJets(loaded, gpis, uncertain)
 
 
 @lru_cache(maxsize=1)
@@ -75,7 +114,7 @@ def library() -> ctypes.CDLL | None:
         loaded = ctypes.CDLL(str(built))
     except (OSError, subprocess.SubprocessError):
         return None
-    loaded.gpis_jets.restype = None
+    loaded.gpis_values.restype = loaded.gpis_derivatives.restype = None
     return loaded
 
 

@@ -9,7 +9,7 @@ from scenes import SMALL, posed, random_point, surface
 
 from sgnlp.gpis import MEAN_JET, VARIANCE_JET
 from sgnlp.nlp import build
-from sgnlp.oracle import SurfaceJets, join
+from sgnlp.oracle import Surface, SurfaceJets, join
 from sgnlp.parameters import ParameterVector
 
 
@@ -33,7 +33,25 @@ def test_the_surface_is_evaluated_once_for_each_new_point(joined):
             oracle.jacobian(point, p)
             oracle.hessian(point, p, 1.0, lam)
             oracle.terms(point, p)
-        assert oracle.surface.evaluations == i
+        assert oracle.surface.evaluations == oracle.surface.completions == i
+
+
+def test_a_trial_point_takes_no_derivatives_of_the_surface(joined):
+    oracle, x, p = joined
+    oracle.objective(x, p)
+    oracle.rows(x, p)
+    assert (oracle.surface.evaluations, oracle.surface.completions) == (1, 0)
+    oracle.gradient(x, p)
+    assert (oracle.surface.evaluations, oracle.surface.completions) == (1, 1)
+
+
+def test_objective_and_rows_are_the_same_bits_with_and_without_derivatives_of_the_surface(joined):
+    oracle, x, p = joined
+    alone = float(oracle.objective(x, p)), np.array(oracle.rows(x, p))
+    f, g = oracle.gradient(x, p)[0], oracle.jacobian(x, p)[0]
+    assert (float(f), float(oracle.objective(x, p))) == (alone[0], alone[0])
+    np.testing.assert_array_equal(np.array(g), alone[1])
+    np.testing.assert_array_equal(np.array(oracle.rows(x, p)), alone[1])
 
 
 def test_gains_alone_do_not_move_the_query_points(joined):
@@ -55,7 +73,8 @@ def test_a_remembered_answer_equals_a_fresh_one(joined):
 def test_the_surface_gives_the_jets_of_the_layout_with_the_feet_below_the_contacts():
     nlp, gpis = build(posed(SMALL).hand, posed(SMALL).structure("penalty")), surface()
     layout = nlp.layout
-    jets, m, before = SurfaceJets(gpis, layout, nlp.jets), layout.m, layout.before_feet
+    both = Surface(gpis, layout, nlp.jets)
+    jets, m, before = SurfaceJets(both, complete=True), layout.m, layout.before_feet
     Z = gpis.centre + 0.05 * np.random.default_rng(0).normal(size=(layout.points - m, 3))
     depths = np.linspace(0.0, 0.012, m)
     feet = Z[:m] - depths[:, None] * gpis.normal(Z[:m])
@@ -68,7 +87,7 @@ def test_the_surface_gives_the_jets_of_the_layout_with_the_feet_below_the_contac
 def test_points_that_are_not_finite_give_an_answer_that_is_not_finite_and_are_not_remembered():
     nlp, gpis = build(posed(SMALL).hand, posed(SMALL).structure("penalty")), surface()
     layout = nlp.layout
-    jets, depths = SurfaceJets(gpis, layout, nlp.jets), np.zeros(layout.m)
+    jets, depths = SurfaceJets(Surface(gpis, layout, nlp.jets), complete=True), np.zeros(layout.m)
     Z = np.full((layout.points - layout.m, 3), np.nan)
     assert not np.isfinite(np.array(jets(Z, depths)[0])).any()
     good = np.zeros_like(Z) + gpis.centre + 0.04
