@@ -46,6 +46,7 @@ def options(solver: Solver, iterations: int) -> dict[str, Any]:
         "ipopt.max_iter": iterations,
         "ipopt.mu_strategy": solver.mu_strategy,
         "ipopt.mu_init": solver.mu_init,
+        "ipopt.barrier_tol_factor": solver.barrier_tolerance,
         "ipopt.linear_solver": solver.linear_solver,
         "ipopt.mumps_scaling": 0,  # the variables and rows are scaled; MUMPS's own costs a quarter of an iteration
         "ipopt.mumps_permuting_scaling": 0,

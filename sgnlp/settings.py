@@ -200,6 +200,7 @@ class Solver(Checked):
         "max_iterations": (1, 100_000),
         "tolerance": POSITIVE,
         "mu_init": POSITIVE,
+        "barrier_tolerance": POSITIVE,
     }
 
     formulation: Literal["penalty", "constrained", "two_phase"] = "two_phase"
@@ -213,7 +214,9 @@ class Solver(Checked):
     mu_strategy: Literal["monotone", "adaptive"] = "monotone"
     """barrier strategy"""
     mu_init: float = 0.1
-    """first barrier parameter"""
+    """first barrier parameter μ"""
+    barrier_tolerance: float = 100.0
+    """error over μ at which μ is lowered (Ipopt: 10, which takes a fifth more iterations and solves no more starts)"""
     compiled: bool = True
     """use compiled C: for the surface where a compiler is found, for the rest where `sgnlp cache --build` was run"""
     linear_solver: Literal["mumps", "spral"] = "mumps"
