@@ -2,7 +2,7 @@
 
 from dataclasses import fields
 from math import inf, isfinite
-from typing import Any, ClassVar, get_args, get_type_hints
+from typing import Any, ClassVar, Literal, get_args, get_origin, get_type_hints
 
 from sgnlp.errors import InputError, unknown
 
@@ -22,7 +22,8 @@ class Checked:
         """Raise `InputError` naming the first field whose value is not valid."""
         hints = get_type_hints(type(self))
         for f in fields(self):  # type: ignore[arg-type]
-            self._check(f.name, getattr(self, f.name), get_args(hints[f.name]))
+            names = get_args(hints[f.name]) if get_origin(hints[f.name]) is Literal else ()
+            self._check(f.name, getattr(self, f.name), names)
 
     def _check(self, name: str, value: Any, names: tuple[str, ...]) -> None:
         flag = f"{self.section}.{name}".lstrip(".").replace("_", "-")

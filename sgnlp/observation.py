@@ -5,17 +5,19 @@ below it, thin very large clouds, drop outliers, refuse what has no volume or no
 """
 
 import hashlib
+import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from sgnlp import clouds
+from sgnlp.checked import POSITIVE, Checked, Interval
 from sgnlp.errors import InputError
 from sgnlp.sampling import MAX_POINTS, grid_sample
 
@@ -24,12 +26,29 @@ IntArray = NDArray[np.int64]
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 SIMPLEX_POINTS = 4  # fewer points enclose no volume
+SHARE: Interval = (0.0, 1.0)
 NAME_PATTERN = re.compile(r"\w[\w .+-]{0,99}")  # a name becomes a folder under results/
 
 
 @dataclass(frozen=True)
-class ObservationSettings:
-    """How a cloud is cleaned and what is refused. All values are positive."""
+class ObservationSettings(Checked):
+    """How a cloud is cleaned and what is refused."""
+
+    section = "cleaning"
+    valid: ClassVar[dict[str, Interval]] = {
+        "outlier_neighbours": POSITIVE,
+        "outlier_deviations": POSITIVE,
+        "max_invalid_share": SHARE,
+        "max_coordinate": POSITIVE,
+        "min_points": (SIMPLEX_POINTS, math.inf),
+        "min_width": POSITIVE,
+        "max_width": POSITIVE,
+        "min_flatness": POSITIVE,
+        "max_share_below_table": SHARE,
+        "table_quantile": SHARE,
+        "max_table_gap": POSITIVE,
+        "max_points": POSITIVE,
+    }
 
     outlier_neighbours: int = 20
     """Neighbours whose mean distance tells an outlier; the paper's release takes 20."""
@@ -55,16 +74,6 @@ class ObservationSettings:
     """[m] A cloud that begins higher than this above its table is remarked upon."""
     max_points: int = MAX_POINTS
     """Larger clouds are thinned on a grid to at most this many points."""
-
-    def __post_init__(self) -> None:
-        for option in fields(self):
-            value = getattr(self, option.name)
-            if not (np.isfinite(value) and value > 0):
-                raise InputError(f"the setting {option.name} must be positive; found {value}")
-            if value > 1 and ("share" in option.name or "quantile" in option.name):
-                raise InputError(f"the setting {option.name} must be at most 1; found {value}")
-        if self.min_points < SIMPLEX_POINTS:
-            raise InputError(f"the setting min_points must be at least {SIMPLEX_POINTS}; found {self.min_points}")
 
 
 DEFAULTS = ObservationSettings()

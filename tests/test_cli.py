@@ -373,7 +373,7 @@ BAD_VALUES = {
     "timeout": (["--timeout", "-1"], ["--timeout must be positive"]),
     "timeout NaN": (["--timeout", "nan"], ["--timeout must be positive"]),
     "seed": (["--seed", "-1"], ["--seed must not be negative"]),
-    "cleaning": (["--cleaning.min-points", "0"], ["min_points must be positive"]),
+    "cleaning": (["--cleaning.min-points", "0"], ["--cleaning.min-points must be at least 4, not 0"]),
     "file in the way": (["--out", "taken"], ["the output folder 'taken' cannot be written"]),
     "file above": (["--out", "taken/below/far"], ["the output folder 'taken/below/far' cannot be written"]),
 }

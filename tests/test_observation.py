@@ -385,11 +385,11 @@ def test_a_digest_names_the_points_and_the_options_but_not_the_name():
 @pytest.mark.parametrize(
     ("setting", "value", "message"),
     [
-        ("outlier_deviations", -1.0, "the setting outlier_deviations must be positive"),
-        ("max_width", np.nan, "the setting max_width must be positive"),
-        ("max_invalid_share", 1.5, "the setting max_invalid_share must be at most 1"),
-        ("table_quantile", 2.0, "the setting table_quantile must be at most 1"),
-        ("min_points", 3, "the setting min_points must be at least 4"),
+        ("outlier_deviations", -1.0, "--cleaning.outlier-deviations must be positive, not -1"),
+        ("max_width", np.nan, "--cleaning.max-width must be a finite number, not nan"),
+        ("max_invalid_share", 1.5, "--cleaning.max-invalid-share must be between 0 and 1, not 1.5"),
+        ("table_quantile", -0.1, "--cleaning.table-quantile must be between 0 and 1, not -0.1"),
+        ("min_points", 3, "--cleaning.min-points must be at least 4, not 3"),
     ],
 )
 def test_settings_out_of_range_are_refused(setting, value, message):
