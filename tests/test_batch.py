@@ -355,10 +355,6 @@ def test_bad_input_of_a_batch_is_told_before_any_work(here, capfd):
     calls = {
         "there is nothing to solve: none*.npz is not a cloud": ("none*.npz",),
         "unknown hand": (good, "--hand", "nope"),
-        "--starts must be positive": (good, "--starts", 0),
-        "--seed must not be negative": (good, "--seed", -1),
-        "--jobs must be positive": (good, "--jobs", 0),
-        "--timeout must be positive": (good, "--timeout", "nan"),
         "'one.npz' cannot be written": (good, "--out", good),
         "go together": (good, "--backend", "dask"),
         " go together": (good, "--scheduler", "tcp://127.0.0.1:1"),

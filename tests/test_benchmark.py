@@ -356,7 +356,6 @@ def test_what_was_measured_before_an_interrupt_is_kept(cloud, quick, monkeypatch
         (("none.npz",), "there is no such file"),
         ((), "no cloud is named"),
         (("one.npz", "--repeats", 0), "--repeats must be positive"),
-        (("one.npz", "--starts", 0), "--starts must be positive"),
         (("one.npz", "--hand", "nope"), "unknown hand"),
     ],
 )

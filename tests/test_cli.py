@@ -363,16 +363,16 @@ BAD_VALUES = {
     "view": (["--views", "nope"], ["unknown view 'nope'", "valid: 0"]),
     "scale": (["--scale", "0"], ["--scale must be positive"]),
     "scale too large": (["--scale", "1000"], ["m wide, more than 0.5 m"]),
-    "scale NaN": (["--scale", "nan"], ["--scale must be positive"]),
-    "scale infinite": (["--scale", "inf"], ["the scale must be a positive number"]),
+    "scale NaN": (["--scale", "nan"], ["--scale must be a finite number, not nan"]),
+    "scale infinite": (["--scale", "inf"], ["--scale must be a finite number, not inf"]),
     "table": (["--table-height", "0.5"], ["the table at 0.5000 m is above 100% of the cloud"]),
-    "table NaN": (["--table-height", "nan"], ["the table height must be a number"]),
+    "table NaN": (["--table-height", "nan"], ["--table-height must be a finite number, not nan"]),
     "starts": (["--starts", "0"], ["--starts must be positive"]),
     "starts below zero": (["--starts", "-7"], ["--starts must be positive"]),
     "jobs": (["--jobs", "0"], ["--jobs must be positive"]),
     "timeout": (["--timeout", "-1"], ["--timeout must be positive"]),
-    "timeout NaN": (["--timeout", "nan"], ["--timeout must be positive"]),
-    "seed": (["--seed", "-1"], ["--seed must not be negative"]),
+    "timeout NaN": (["--timeout", "nan"], ["--timeout must be a finite number, not nan"]),
+    "seed": (["--seed", "-1"], ["--seed must be at least 0, not -1"]),
     "cleaning": (["--cleaning.min-points", "0"], ["--cleaning.min-points must be at least 4, not 0"]),
     "file in the way": (["--out", "taken"], ["the output folder 'taken' cannot be written"]),
     "file above": (["--out", "taken/below/far"], ["the output folder 'taken/below/far' cannot be written"]),
@@ -404,6 +404,19 @@ def test_a_bad_value_is_refused_in_one_line_and_nothing_is_written(capfd, cloud,
     before = tree()
     assert_refused(capfd, solve(cloud, "--starts", 1, *flags), *messages)
     assert tree() == before
+
+
+@pytest.mark.parametrize("command", ["batch", "study convergence", "benchmark", "cache"])
+def test_the_flags_that_commands_share_are_checked_in_each(capfd, cloud, command):
+    name, files = command.split()[0], [] if command == "cache" else [cloud]
+    bad = {"jobs": 0, "starts": 0, "seed": -1, "timeout": "nan", "scale": -1, "contact.friction": 0}
+    assert run([name, "--help"]) == 0
+    help_text = capfd.readouterr().out
+    known = [flag for flag in bad if f"--{flag} " in help_text]
+    assert {"jobs", "contact.friction"} <= set(known)
+    for flag in known:
+        assert_refused(capfd, run([*command.split(), *files, f"--{flag}", str(bad[flag])]), f"--{flag} must be ")
+    assert tree() == {cloud}
 
 
 def test_a_pickled_payload_works_where_it_is_let_in():

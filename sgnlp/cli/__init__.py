@@ -1,7 +1,9 @@
 """The command line. Only this package prints."""
 
 import argparse
+import operator
 import sys
+from functools import reduce
 from typing import Annotated, Any
 
 import tyro
@@ -13,26 +15,24 @@ from sgnlp.cli import codes
 from sgnlp.cli.batch import Batch
 from sgnlp.cli.benchmark import Benchmark
 from sgnlp.cli.cache import Cache
+from sgnlp.cli.flags import beginning
 from sgnlp.cli.info import Doctor, Hands
 from sgnlp.cli.solve import Solve
 from sgnlp.cli.study import Study
 from sgnlp.errors import SgnlpError
-from sgnlp.settings import PRESETS, Settings, preset
+from sgnlp.settings import PRESETS
+
+COMMANDS = (Solve, Batch, Hands, Study, Benchmark, Cache, Doctor)
 
 
-def _commands(settings: Settings, name: str) -> Any:
-    """The subcommands, `solve` beginning with the settings of a preset."""
-    default = Solve(file=tyro.MISSING, preset=name, settings=settings)
-    batch = Batch(files=tyro.MISSING, preset=name, settings=settings)
-    study = Study(name=tyro.MISSING, files=tyro.MISSING, preset=name, settings=settings)
-    return (
-        Annotated[Solve, tyro.conf.subcommand("solve", default=default)]
-        | Annotated[Batch, tyro.conf.subcommand("batch", default=batch)]
-        | Annotated[Hands, tyro.conf.subcommand("hands")]
-        | Annotated[Study, tyro.conf.subcommand("study", default=study)]
-        | Annotated[Benchmark, tyro.conf.subcommand("benchmark", default=Benchmark(preset=name, settings=settings))]
-        | Annotated[Cache, tyro.conf.subcommand("cache", default=Cache(preset=name, settings=settings))]
-        | Annotated[Doctor, tyro.conf.subcommand("doctor")]
+def _commands(name: str) -> Any:
+    """The subcommands, those that plan beginning with the settings of a preset."""
+    return reduce(
+        operator.or_,
+        (
+            Annotated[command, tyro.conf.subcommand(command.__name__.lower(), default=beginning(command, name))]
+            for command in COMMANDS
+        ),
     )
 
 
@@ -55,8 +55,7 @@ def run(arguments: list[str]) -> int:
         console.print(__version__)
         return 0
     try:
-        name = _preset(arguments)
-        command = tyro.cli(_commands(preset(name), name), args=arguments, prog="sgnlp", description=_about())
+        command = tyro.cli(_commands(_preset(arguments)), args=arguments, prog="sgnlp", description=_about())
         return int(command.run(console))
     except SgnlpError as error:
         errors.print(Text.assemble(("error:", "red"), f" {error}"), soft_wrap=True)

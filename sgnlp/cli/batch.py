@@ -2,71 +2,47 @@
 
 import json
 import os
-import shlex
-import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import tyro
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from sgnlp import environment, report, results
+from sgnlp import report, results
 from sgnlp.batch import Row, Task, Workers, batch
-from sgnlp.cli import codes, flags
+from sgnlp.cli import codes
+from sgnlp.cli.flags import Observing, made
 from sgnlp.cli.progress import interrupts
 from sgnlp.errors import InputError
 from sgnlp.hand import available_hands, load_hand
-from sgnlp.observation import ObservationSettings
-from sgnlp.settings import ROBUST, Settings
 
 ROWS, MADE = "rows.csv", "made.json"
 
 
-@dataclass
-class Batch:
+@dataclass(kw_only=True)
+class Batch(Observing):
     """Plan grasps for many clouds, each into its own folder; run again, it goes on where it ended."""
 
     files: tyro.conf.Positional[tuple[Path, ...]]
     """the clouds, as for `sgnlp solve`"""
-    preset: str = "robust"
-    """settings to begin with: robust or paper"""
-    views: tuple[str, ...] = ()
-    """cameras to use, by name or index; all if none is named"""
-    hand: str = "allegro_left"
-    """a hand of `sgnlp hands`, or a folder with a hand.yaml"""
-    starts: int = 7
-    """initial guesses for each cloud"""
-    seed: int = 0
-    """of everything random"""
     jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
     """objects at the same time; on a cluster, as many as it has workers"""
-    timeout: float = 60.0
-    """wall-clock limit of a start [s]"""
     backend: Literal["loky", "dask"] = "loky"
     """processes of this machine, or a dask cluster that sees the same files"""
     scheduler: str | None = None
     """address of the dask scheduler, such as tcp://host:8786"""
-    scale: float = 1.0
-    """factor to metres: 0.001 for clouds in millimetres"""
-    table_height: float | None = None
-    """height of the table [m]; taken from each file, or estimated, if not given"""
     results: Path = Path("results")
     """where each object has the folder of its result"""
     out: Path | None = None
     """folder of the table of all objects; batch among the results if not given"""
-    cleaning: ObservationSettings = field(default_factory=ObservationSettings)
-    """how the clouds are cleaned"""
-    settings: Annotated[Settings, tyro.conf.arg(name="")] = ROBUST
-    """everything about the plans"""
 
     def run(self, console: Console) -> int:
         """Every object that has no result yet, a row as each ends, then the table."""
-        flags.check(self.starts, self.seed, self.jobs, self.timeout, self.scale)
         files, begin, out = list(dict.fromkeys(self.files)), time.perf_counter(), self.out or self.results / "batch"
         if not any(file.is_file() for file in files):
             raise InputError(f"there is nothing to solve: {files[0] if files else 'no file'} is not a cloud")
@@ -108,13 +84,8 @@ class Batch:
 
     def _made(self) -> str:
         """How the rows were made."""
-        made = {
-            "command": shlex.join(["sgnlp", *sys.argv[1:]]),
-            "batch": {key: value for key, value in asdict(self).items() if key != "files"},
-            "versions": environment.versions(),
-            "machine": environment.machine(),
-        }
-        return results.json_text(made | {"batch": json.loads(json.dumps(made["batch"], default=str))})
+        flags = {key: value for key, value in asdict(self).items() if key != "files"}
+        return results.json_text(made(batch=json.loads(json.dumps(flags, default=str))))
 
 
 @contextmanager

@@ -1,66 +1,53 @@
 """`sgnlp benchmark`: where the time goes, with command, versions and machine beside the rows."""
 
 import os
-import shlex
-import sys
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 import tyro
 from rich.console import Console
 
-from sgnlp import benchmarks, environment, report, results
+from sgnlp import benchmarks, report, results
 from sgnlp.benchmarks.bench import Bench
 from sgnlp.benchmarks.measure import Row
-from sgnlp.cli import flags
+from sgnlp.checked import POSITIVE, Interval
+from sgnlp.cli.flags import Starting, made
 from sgnlp.cli.progress import interrupts
 from sgnlp.errors import InputError
-from sgnlp.settings import ROBUST, Settings
 
 Section = Literal["startup", "oracle", "surface", "solving", "whole", "ratios", "points", "starts", "objects"]
 PROBLEMS = Path("problems")
 """Where the clouds are if none is named."""
 
 
-@dataclass
-class Benchmark:
+@dataclass(kw_only=True)
+class Benchmark(Starting):
     """Measure fit, build, oracle, solves, memory, ratios and growth over some clouds, and write table and raw rows."""
+
+    valid: ClassVar[dict[str, Interval]] = Starting.valid | {"repeats": POSITIVE}
 
     files: tyro.conf.Positional[tuple[Path, ...]] = ()
     """the clouds; problems/*.npz if none is named"""
-    preset: str = "robust"
-    """settings to begin with: robust or paper"""
     sections: tuple[Section, ...] = get_args(Section)
     """what to measure; everything takes a quarter of an hour or more"""
     repeats: int = 5
     """values of each measurement"""
-    hand: str = "allegro_left"
-    """a hand of `sgnlp hands`, or a folder with a hand.yaml"""
-    starts: int = 7
-    """initial guesses for each cloud"""
-    seed: int = 0
-    """of everything random"""
     jobs: int = 2
     """worker processes where there is more than one"""
     out: Path = field(default_factory=lambda: Path("results") / "benchmark")
     """folder of the results"""
-    settings: Annotated[Settings, tyro.conf.arg(name="")] = ROBUST
-    """everything about the plan"""
 
     def run(self, console: Console) -> int:
         """Measure section by section, each row written as it comes, then the tables."""
-        if self.repeats < 1:
-            raise InputError(f"--repeats must be positive, not {self.repeats}")
-        flags.check(self.starts, self.seed, self.jobs, timeout=1.0)
         files = self.files or tuple(sorted(PROBLEMS.glob("*.npz")))
         if not files:
             raise InputError(f"no cloud is named, and there is none in '{PROBLEMS}'")
         numbers = {"starts": self.starts, "seed": self.seed, "jobs": self.jobs, "repeats": self.repeats}
         bench = Bench(files, self.hand, self.preset, self.settings, **numbers)
-        made = self._made(bench)
+        how = self._made(bench)
         results.writable(self.out)
-        results.write_text(self.out / "made.json", results.json_text(made))
+        results.write_text(self.out / "made.json", results.json_text(how))
         rows = self._measure(console, bench)
         tables = benchmarks.tables(rows)
         texts = [f"## {question}\n\n{report.markdown(lines)}" for question, lines in tables.items()]
@@ -83,19 +70,16 @@ class Benchmark:
         return rows
 
     def _made(self, bench: Bench) -> dict[str, Any]:
-        return {
-            "command": shlex.join(["sgnlp", *sys.argv[1:]]),
-            "study": {
-                "sections": self.sections,
-                "repeats": self.repeats,
-                "starts": self.starts,
-                "seed": self.seed,
-                "jobs": self.jobs,
-                "hand": bench.hand.name,
-                "settings": asdict(self.settings),
-            },
-            "inputs": {observation.name: observation.digest for observation in bench.observations},
-            "versions": environment.versions(),
-            "functions": "compiled C" if bench.compiles else "interpreted",
-            "machine": environment.machine() | {"processors": os.cpu_count(), "load before": os.getloadavg()},
+        study = {
+            "sections": self.sections,
+            "repeats": self.repeats,
+            "starts": self.starts,
+            "seed": self.seed,
+            "jobs": self.jobs,
+            "hand": bench.hand.name,
+            "settings": asdict(self.settings),
         }
+        inputs = {observation.name: observation.digest for observation in bench.observations}
+        load = {"processors": os.cpu_count(), "load before": os.getloadavg()}
+        how = made(study=study, inputs=inputs, functions="compiled C" if bench.compiles else "interpreted")
+        return how | {"machine": how["machine"] | load}

@@ -9,6 +9,7 @@ import tyro
 from rich.console import Console
 
 from sgnlp import compiled, report, toolchain
+from sgnlp.cli.flags import Planning
 from sgnlp.cli.progress import counting_bar
 from sgnlp.errors import SolverError
 from sgnlp.hand import load_hand
@@ -17,18 +18,14 @@ from sgnlp.nlp import structure
 from sgnlp.settings import ROBUST, Settings
 
 
-@dataclass
-class Cache:
+@dataclass(kw_only=True)
+class Cache(Planning):
     """Show, build or clear the compiled functions. A build takes half a minute and serves every object."""
 
     build: bool = False
     """compile for the hand and the settings given, unless that is done"""
     clear: bool = False
     """delete everything in the cache"""
-    preset: str = "robust"
-    """settings to begin with: robust or paper"""
-    hand: str = "allegro_left"
-    """a hand of `sgnlp hands`, or a folder with a hand.yaml"""
     jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
     """compilers at once"""
     settings: Annotated[Settings, tyro.conf.arg(name="")] = ROBUST

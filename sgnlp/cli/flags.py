@@ -1,12 +1,88 @@
-"""Checks of the flags that more than one command has."""
+"""The flags that several commands have, each said and checked once. A command inherits those that it has."""
 
-from sgnlp.errors import InputError
+import os
+import shlex
+import sys
+from dataclasses import MISSING, dataclass, field, fields
+from typing import Annotated, Any, ClassVar, TypeVar
+
+import tyro
+
+from sgnlp import environment
+from sgnlp.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
+from sgnlp.observation import ObservationSettings
+from sgnlp.settings import ROBUST, Settings, preset
+
+Command = TypeVar("Command")
 
 
-def check(starts: int, seed: int, jobs: int, timeout: float, scale: float = 1.0) -> None:
-    """Raise `InputError`, naming the flag, for a number of which no plan can be made."""
-    for flag, value in {"starts": starts, "jobs": jobs, "timeout": timeout, "scale": scale}.items():
-        if not value > 0:
-            raise InputError(f"--{flag} must be positive, not {value}")
-    if seed < 0:
-        raise InputError(f"--seed must not be negative; found {seed}")
+@dataclass(kw_only=True)
+class Planning(Checked):
+    """With what plans are made."""
+
+    valid: ClassVar[dict[str, Interval]] = {"jobs": POSITIVE}
+
+    preset: str = "robust"
+    """settings to begin with: robust or paper; every flag below changes one of them"""
+    hand: str = "allegro_left"
+    """a hand of `sgnlp hands`, or a folder with a hand.yaml"""
+    jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
+    """worker processes; the result does not depend on it"""
+    settings: Annotated[Settings, tyro.conf.arg(name="")] = ROBUST
+    """everything about the plan"""
+
+    def _check(self, name: str, value: Any, names: tuple[str, ...]) -> None:
+        if value is not tyro.MISSING:  # the default of what is required
+            super()._check(name, value, names)
+
+
+@dataclass(kw_only=True)
+class Starting(Planning):
+    """And from which starts."""
+
+    valid: ClassVar[dict[str, Interval]] = Planning.valid | {"starts": POSITIVE, "seed": NOT_NEGATIVE}
+
+    starts: int = 7
+    """initial guesses for a cloud: the hand's own first, then seeded ones around it"""
+    seed: int = 0
+    """of everything random"""
+
+
+@dataclass(kw_only=True)
+class Observing(Starting):
+    """And of which clouds, with the limit of a start."""
+
+    valid: ClassVar[dict[str, Interval]] = Starting.valid | {"timeout": POSITIVE, "scale": POSITIVE}
+
+    timeout: float = 60.0
+    """wall-clock limit of a start [s]"""
+    views: tuple[str, ...] = ()
+    """cameras to use, by name or index; all if none is named"""
+    scale: float = 1.0
+    """factor to metres: 0.001 for a cloud in millimetres"""
+    table_height: float | None = None
+    """height of the table [m]; taken from the file, or estimated, if not given"""
+    cleaning: ObservationSettings = field(default_factory=ObservationSettings)
+    """how the cloud is cleaned"""
+
+
+def beginning(command: type[Command], name: str) -> Command:
+    """A command with its flags where none is given: the settings are those of the preset, what is required is missing.
+
+    Raises:
+        InputError: there is no such preset.
+    """
+    chosen = {"preset": name, "settings": preset(name)}
+    known = {f.name: f for f in fields(command)}  # type: ignore[arg-type]
+    required = [f.name for f in known.values() if f.default is f.default_factory is MISSING]
+    return command(**dict.fromkeys(required, tyro.MISSING) | {key: chosen[key] for key in chosen.keys() & known})
+
+
+def made(**facts: Any) -> dict[str, Any]:
+    """How rows were made: the command, the facts given, versions and machine."""
+    return {
+        "command": shlex.join(["sgnlp", *sys.argv[1:]]),
+        **facts,
+        "versions": environment.versions(),
+        "machine": environment.machine(),
+    }

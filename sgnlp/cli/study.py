@@ -1,60 +1,46 @@
 """`sgnlp study`: experiments over many objects, resumable, with command, versions and machine beside the rows."""
 
-import os
-import shlex
-import sys
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, ClassVar, Literal
 
 import tyro
 from rich.console import Console
 
-from sgnlp import environment, report, results
-from sgnlp.cli import flags
+from sgnlp import report, results
+from sgnlp.checked import POSITIVE, Interval
+from sgnlp.cli.flags import Starting, made
 from sgnlp.cli.progress import starts_bar
 from sgnlp.convergence import Row, case, table, view_sets
 from sgnlp.hand import Hand, load_hand
 from sgnlp.observation import Observation, load
-from sgnlp.settings import ROBUST, Settings
 
 
-@dataclass
-class Study:
+@dataclass(kw_only=True)
+class Study(Starting):
     """Run an experiment over many clouds and write its table and raw rows; run again, it goes on where it ended."""
+
+    valid: ClassVar[dict[str, Interval]] = Starting.valid | {"timeout": POSITIVE}
 
     name: tyro.conf.Positional[Literal["convergence"]]
     """convergence: solved and feasible starts, and Ipopt's energy against that of 1000 AdamW steps"""
     files: tyro.conf.Positional[tuple[Path, ...]]
     """the clouds"""
-    preset: str = "robust"
-    """settings to begin with: robust or paper"""
-    hand: str = "allegro_left"
-    """a hand of `sgnlp hands`, or a folder with a hand.yaml"""
-    starts: int = 7
-    """initial guesses for each cloud and set of views"""
-    seed: int = 0
-    """of everything random"""
-    jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
-    """worker processes"""
     timeout: float = 300.0
     """wall-clock limit of a start with all that it is compared with [s]"""
     out: Path | None = None
     """folder of the results; results/NAME if not given"""
-    settings: Annotated[Settings, tyro.conf.arg(name="")] = ROBUST
-    """everything about the plan"""
 
     def run(self, console: Console) -> int:
         """Every case that has no rows yet, then the table over all."""
-        flags.check(self.starts, self.seed, self.jobs, self.timeout)
         folder = self.out or Path("results") / self.name
         results.writable(folder)
         rows_file, hand = folder / "rows.csv", load_hand(self.hand, self.settings.spheres)
         wholes = [load(file) for file in self.files]  # so that a bad one is told before the hours of work
-        made = self._made(wholes)
-        results.same_study(folder / "made.json", made)
+        how = self._made(wholes)
+        results.same_study(folder / "made.json", how)
         rows = results.read_rows(rows_file, Row)
-        results.write_text(folder / "made.json", results.json_text(made))
+        results.write_text(folder / "made.json", results.json_text(how))
         done = {(row.object, row.view_names) for row in rows}
         for file, whole in zip(self.files, wholes, strict=True):
             for views in view_sets(whole.view_names):
@@ -81,15 +67,5 @@ class Study:
             )
 
     def _made(self, observations: list[Observation]) -> dict[str, Any]:
-        return {
-            "command": shlex.join(["sgnlp", *sys.argv[1:]]),
-            "study": {
-                "seed": self.seed,
-                "starts": self.starts,
-                "hand": self.hand,
-                "settings": asdict(self.settings),
-            },
-            "inputs": {observation.name: observation.digest for observation in observations},
-            "versions": environment.versions(),
-            "machine": environment.machine(),
-        }
+        study = {"seed": self.seed, "starts": self.starts, "hand": self.hand, "settings": asdict(self.settings)}
+        return made(study=study, inputs={observation.name: observation.digest for observation in observations})
