@@ -1,4 +1,4 @@
-"""Result folders: `grasps.npz` and `summary.json`, written whole or not at all, and read again."""
+"""Result folders: `grasps.npz`, `summary.json` and tables of rows, written whole or not at all, and read again."""
 
 import csv
 import io
@@ -9,6 +9,7 @@ import tempfile
 import zipfile
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, fields
+from importlib import import_module
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -87,6 +88,28 @@ def write_rows(file: Path, rows: Sequence[Any]) -> None:
     write_text(file, text.getvalue())
 
 
+def write_parquet(file: Path, rows: Sequence[Any]) -> None:
+    """Write the same rows as Parquet, each field a column of its type, whole or not at all.
+
+    Raises:
+        InputError: pyarrow is not installed, or the folder cannot be written.
+    """
+    pa, parquet = arrow()
+    types = {"str": pa.string(), "int": pa.int64(), "float": pa.float64(), "bool": pa.bool_()}
+    schema = pa.schema([(name, types[kind.__name__]) for name, kind in get_type_hints(type(rows[0])).items()])
+    content = pa.BufferOutputStream()
+    parquet.write_table(pa.Table.from_pylist([asdict(row) for row in rows], schema), content)
+    _replace(file, content.getvalue().to_pybytes())
+
+
+def arrow() -> tuple[Any, Any]:
+    """The modules pyarrow and pyarrow.parquet; raises `InputError` where they are not installed."""
+    try:
+        return import_module("pyarrow"), import_module("pyarrow.parquet")
+    except ImportError:
+        raise InputError("Parquet needs the package pyarrow: pip install 'sgnlp[parquet]'") from None
+
+
 def read_rows(file: Path, row: type[Any]) -> list[Any]:
     """Read rows that `write_rows` wrote, [] if there is no file. Fields are str, int, float or bool."""
     if not file.is_file():
@@ -134,7 +157,7 @@ def _replace(target: Path, content: bytes) -> None:
             os.chmod(name, 0o644)
             os.replace(name, target)
         except BaseException:
-            os.unlink(name)
+            Path(name).unlink(missing_ok=True)
             raise
     except OSError as error:
         raise InputError(f"'{target}' cannot be written: {error.strerror}") from None

@@ -405,6 +405,25 @@ def test_the_rows_can_be_read_by_any_reader_of_csv(here):
     assert list(lines[0]) == [field.name for field in fields(Row)]
 
 
+@pytest.mark.skipif(find_spec("pyarrow") is None, reason="needs the package pyarrow")
+def test_the_rows_are_written_as_parquet_too_where_that_is_asked_for(here, capfd):
+    from pyarrow import parquet
+
+    command(cloud("one"), "missing.npz", "--starts", 2, "--parquet", *SMALL_FLAGS)
+    assert "results/batch/rows.csv, results/batch/rows.parquet, results/batch/made.json" in capfd.readouterr().out
+    table = parquet.read_table("results/batch/rows.parquet")
+    assert repr([Row(**line) for line in table.to_pylist()]) == repr(read())
+    assert str(table.schema.field("energy").type) == "double"
+
+
+def test_parquet_without_pyarrow_is_told_before_any_work(here, capfd, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    assert command(cloud("one"), "--parquet") == codes.BAD_INPUT
+    assert capfd.readouterr() == ("", "error: Parquet needs the package pyarrow: pip install 'sgnlp[parquet]'\n")
+    assert not Path("results").exists()
+    assert not here
+
+
 def test_ctrl_c_ends_every_process_and_keeps_what_is_done():
     files = [str(cloud(f"cloud{i}", i)) for i in range(30)]
     flags = ["--jobs", "2", "--starts", "3", *SMALL_FLAGS]

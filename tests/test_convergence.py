@@ -178,6 +178,17 @@ def test_a_study_goes_on_where_it_ended(tmp_path, cases):
     assert len(results.read_rows(out / "rows.csv", Row)) == 6 * 7
 
 
+def test_a_study_that_is_done_is_written_as_parquet_without_being_done_again(tmp_path, cases):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    one, out = cloud(tmp_path, "one"), tmp_path / "study"
+    for flags in ((), ("--parquet",)):
+        assert study(one, "--out", out, *flags) == 0
+        assert (out / "rows.parquet").exists() == bool(flags)
+    assert len(cases) == 3
+    found = parquet.read_table(out / "rows.parquet").to_pylist()
+    assert repr([Row(**line) for line in found]) == repr(results.read_rows(out / "rows.csv", Row))
+
+
 def test_rows_of_other_settings_or_of_a_changed_cloud_are_never_mixed(tmp_path, cases, capfd):
     one, out = cloud(tmp_path, "one"), tmp_path / "study"
     assert study(one, "--out", out) == 0

@@ -5,9 +5,11 @@ import json
 import math
 import os
 import pickle
+import sys
 import zipfile
 from dataclasses import dataclass, fields, replace
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -244,6 +246,27 @@ def test_rows_are_read_as_they_were_written(tmp_path):
     with open(file, newline="") as handle:
         assert len(list(csv.reader(handle))) == 1 + len(ODD_LINES)
     assert files(tmp_path) == ["rows.csv"]
+
+
+@pytest.mark.skipif(find_spec("pyarrow") is None, reason="needs the package pyarrow")
+def test_parquet_has_the_same_rows_each_column_of_the_type_of_its_field(tmp_path):
+    from pyarrow import parquet
+
+    file = tmp_path / "rows.parquet"
+    for lines in (ODD_LINES, ODD_LINES[:1]):
+        results.write_parquet(file, lines)
+        table = parquet.read_table(file)
+        assert repr([Line(**line) for line in table.to_pylist()]) == repr(lines)
+        assert [str(column.type) for column in table.columns] == ["string", "int64", "double", "bool", "string"]
+        assert table.column_names == [field.name for field in fields(Line)]
+    assert files(tmp_path) == ["rows.parquet"]
+
+
+def test_without_pyarrow_parquet_says_what_to_install_and_leaves_nothing(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(InputError, match=r"needs the package pyarrow: pip install 'sgnlp\[parquet\]'"):
+        results.write_parquet(tmp_path / "rows.parquet", ODD_LINES)
+    assert not files(tmp_path)
 
 
 def test_no_file_holds_no_rows(tmp_path):

@@ -16,16 +16,16 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from sgnlp import report, results
 from sgnlp.batch import Row, Task, Workers, batch
 from sgnlp.cli import codes
-from sgnlp.cli.flags import Observing, made
+from sgnlp.cli.flags import Observing, Tabling, made
 from sgnlp.cli.progress import interrupts
 from sgnlp.errors import InputError
 from sgnlp.hand import available_hands, load_hand
 
-ROWS, MADE = "rows.csv", "made.json"
+MADE = "made.json"
 
 
 @dataclass(kw_only=True)
-class Batch(Observing):
+class Batch(Tabling, Observing):
     """Plan grasps for many clouds, each into its own folder; run again, it goes on where it ended."""
 
     files: tyro.conf.Positional[tuple[Path, ...]]
@@ -58,9 +58,10 @@ class Batch(Observing):
         ):
             for row in ended:
                 rows[Path(row.file)] = row
-                results.write_rows(out / ROWS, [rows[file] for file in files if file in rows])
+                self.write(out, [rows[file] for file in files if file in rows])
                 done(row)
-        _show(console, [rows[file] for file in files], time.perf_counter() - begin, out)
+        _show(console, [rows[file] for file in files], time.perf_counter() - begin)
+        console.print(f"written: {', '.join(str(out / name) for name in (*self.tables, MADE))}", soft_wrap=True)
         return codes.FEASIBLE if all(row.feasible for row in rows.values()) else codes.NONE_FEASIBLE
 
     def _task(self) -> Task:
@@ -107,7 +108,7 @@ def _bars(console: Console, total: int) -> Iterator[tuple[Callable[[object], Non
         yield bar("reading"), bar("solving")
 
 
-def _show(console: Console, rows: Sequence[Row], seconds: float, out: Path) -> None:
+def _show(console: Console, rows: Sequence[Row], seconds: float) -> None:
     lines = [
         {
             "object": row.name,
@@ -125,4 +126,3 @@ def _show(console: Console, rows: Sequence[Row], seconds: float, out: Path) -> N
     console.print()
     there = f", {reused} solved before" if reused else ""
     console.print(f"{feasible} of {len(rows)} objects have a feasible grasp{there}, in {seconds:.1f} s")
-    console.print(f"written: {out / ROWS}, {out / MADE}", soft_wrap=True)

@@ -3,17 +3,20 @@
 import os
 import shlex
 import sys
+from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, field, fields
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, TypeVar
 
 import tyro
 
-from sgnlp import environment
+from sgnlp import environment, results
 from sgnlp.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
 from sgnlp.observation import ObservationSettings
 from sgnlp.settings import ROBUST, Settings, preset
 
 Command = TypeVar("Command")
+ROWS, PARQUET = "rows.csv", "rows.parquet"
 
 
 @dataclass(kw_only=True)
@@ -64,6 +67,31 @@ class Observing(Starting):
     """height of the table [m]; taken from the file, or estimated, if not given"""
     cleaning: ObservationSettings = field(default_factory=ObservationSettings)
     """how the cloud is cleaned"""
+
+
+@dataclass(kw_only=True)
+class Tabling:
+    """How rows are written, for commands that have many."""
+
+    parquet: bool = False
+    """write the rows as rows.parquet too; pip install 'sgnlp[parquet]'"""
+
+    def __post_init__(self) -> None:
+        """Also that Parquet can be written, before any work."""
+        super().__post_init__()  # type: ignore[misc]
+        if self.parquet:
+            results.arrow()
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """The files that are written."""
+        return (ROWS, PARQUET) if self.parquet else (ROWS,)
+
+    def write(self, folder: Path, rows: Sequence[Any]) -> None:
+        """Write them."""
+        results.write_rows(folder / ROWS, rows)
+        if self.parquet:
+            results.write_parquet(folder / PARQUET, rows)
 
 
 def beginning(command: type[Command], name: str) -> Command:

@@ -9,7 +9,7 @@ from rich.console import Console
 
 from sgnlp import report, results
 from sgnlp.checked import POSITIVE, Interval
-from sgnlp.cli.flags import Starting, made
+from sgnlp.cli.flags import ROWS, Starting, Tabling, made
 from sgnlp.cli.progress import starts_bar
 from sgnlp.convergence import Row, case, table, view_sets
 from sgnlp.hand import Hand, load_hand
@@ -17,7 +17,7 @@ from sgnlp.observation import Observation, load
 
 
 @dataclass(kw_only=True)
-class Study(Starting):
+class Study(Tabling, Starting):
     """Run an experiment over many clouds and write its table and raw rows; run again, it goes on where it ended."""
 
     valid: ClassVar[dict[str, Interval]] = Starting.valid | {"timeout": POSITIVE}
@@ -35,18 +35,19 @@ class Study(Starting):
         """Every case that has no rows yet, then the table over all."""
         folder = self.out or Path("results") / self.name
         results.writable(folder)
-        rows_file, hand = folder / "rows.csv", load_hand(self.hand, self.settings.spheres)
+        hand = load_hand(self.hand, self.settings.spheres)
         wholes = [load(file) for file in self.files]  # so that a bad one is told before the hours of work
         how = self._made(wholes)
         results.same_study(folder / "made.json", how)
-        rows = results.read_rows(rows_file, Row)
+        rows = results.read_rows(folder / ROWS, Row)
         results.write_text(folder / "made.json", results.json_text(how))
         done = {(row.object, row.view_names) for row in rows}
         for file, whole in zip(self.files, wholes, strict=True):
             for views in view_sets(whole.view_names):
                 if (whole.name, " ".join(views)) not in done:
                     rows += self._case(console, file, views, hand)
-                    results.write_rows(rows_file, rows)
+                    self.write(folder, rows)
+        self.write(folder, rows)  # in another form too, though no case was missing
         lines = table(rows)
         results.write_text(folder / "table.md", report.markdown(lines))
         console.print(report.rows_table(f"{self.name}, preset {self.preset}", lines))
