@@ -1,32 +1,17 @@
-"""Many objects, one plan each, over worker processes that live across objects: loky's on this machine, or dask's.
+"""Many objects, one plan each, over worker processes that live across objects (`sgnlp.workers`).
 
 A worker solves the starts of one object one after another, each in a process forked from it and under its own limit
 (`pool.map_starts` with one job). So a start that hangs or crashes costs that start alone, and the worker, where the
-symbolic functions are built, goes on. What still kills a worker comes from outside, or from reading and fitting:
-
-* loky breaks its whole pool then. The objects that were running, at most one a worker, are tried again at the end,
-  one at a time; one with which the pool dies again is to blame. joblib's `Parallel` would end the batch instead,
-  hence its executor and not `Parallel`.
-* dask gives the objects of a dead worker to another, up to the scheduler's `allowed-failures` (3) times. Then joblib's
-  dask backend would end the batch; a client's own futures fail one by one.
+symbolic functions are built, goes on.
 """
 
 import json
 import math
-import multiprocessing
-import signal
-import threading
-from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
-from importlib import import_module
 from pathlib import Path
-from typing import Any, TypeVar
-
-from threadpoolctl import threadpool_limits
+from typing import Any
 
 from sgnlp import results
 from sgnlp.errors import InputError
@@ -36,12 +21,7 @@ from sgnlp.observation import DEFAULTS, Observation, ObservationSettings, load
 from sgnlp.plan import solve
 from sgnlp.settings import ROBUST, Settings
 from sgnlp.summary import arrays, summary
-
-Item = TypeVar("Item")
-Result = TypeVar("Result")
-
-CONNECTING = 10.0
-"""How long a scheduler is waited for [s]."""
+from sgnlp.workers import Workers, each, one_at_a_time
 
 
 @dataclass(frozen=True)
@@ -84,48 +64,6 @@ class Row:
     failure: str = ""
 
 
-class Workers:
-    """Processes that functions are submitted to: `jobs` of this machine, or those of a dask scheduler.
-
-    The workers of a cluster read the files themselves and should have one thread each. At most `window` items should
-    be submitted at a time: one a process, so that what ran when one died is known; dask's scheduler knows by itself.
-
-    Raises `InputError` if there is no scheduler at the address, or `distributed` is not installed.
-    """
-
-    def __init__(self, jobs: int, scheduler: str | None = None):
-        self.window = jobs if scheduler is None else math.inf
-        self._client = None if scheduler is None else _client(scheduler)
-        self._executor: Any = None
-
-    def submit(self, function: Callable[[Item], Result], item: Item) -> "Future[Result]":
-        """The result to come of a function. After `BrokenExecutor` it begins anew with `close`."""
-        with _uninterrupted():
-            if self._executor is None and self._client:
-                self._executor = self._client.get_executor(pure=False)
-            elif self._executor is None:
-                self._executor = import_module("joblib.externals.loky").ProcessPoolExecutor(self.window)
-            return self._executor.submit(function, item)
-
-    def close(self) -> None:
-        """End the processes of this machine and their children at once; of a cluster, what has not begun."""
-        if self._executor is not None:
-            self._executor.shutdown(**{"wait": False} if self._client else {"kill_workers": True})
-            self._executor = None
-        if self._client:
-            self._client.close()
-
-
-def _client(scheduler: str) -> Any:
-    try:
-        with _uninterrupted():
-            return import_module("distributed").Client(scheduler, timeout=CONNECTING, set_as_default=False)
-    except ImportError:
-        raise InputError("the dask backend needs the package distributed: pip install 'sgnlp[dask]'") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"no dask scheduler answers at '{scheduler}': {_reason(error)}") from None
-
-
 def batch(
     files: Sequence[Path],
     task: Task,
@@ -137,8 +75,9 @@ def batch(
     """Plan grasps for every file into `folder`/NAME, yielding a row for each as it ends.
 
     All files are read, and their names compared, before the first is solved; `progress` is called as each is read.
-    Objects whose folder holds a result of the same input and task are not solved again. Whatever goes wrong with an
-    object is its row's `failure`. The workers are closed at the end, however reached.
+    Objects whose folder holds a result of the same
+    input and task are not solved again. Whatever goes wrong with an object is its row's `failure`. The workers are
+    closed at the end, however reached.
 
     Raises `InputError` for a hand that is not valid.
     """
@@ -168,62 +107,18 @@ def batch(
 
 def survey(task: Task, file: Path) -> tuple[str, str]:
     """Name and digest of the observation in a file."""
-    with _worker():
+    with one_at_a_time():
         observation = task.load(file)
         return observation.name, observation.digest
 
 
 def plan(task: Task, file: Path) -> tuple[Grasps, dict[str, Any]]:
     """The grasps for one file and their summary."""
-    with _worker():
+    with one_at_a_time():
         hand = load_hand(task.hand, task.settings.spheres)
         options = {"count": task.count, "seed": task.seed, "timeout": task.timeout}
         found = solve(task.load(file), hand, task.settings, jobs=1, **options)  # type: ignore[arg-type]
         return arrays(found), summary(found)
-
-
-def each(
-    function: Callable[[Item], Result], items: Iterable[Item], workers: Workers
-) -> Iterator[tuple[Item, Result | str]]:
-    """Apply a function to every item, yielding its result, or the reason why there is none, as they come.
-
-    When the processes break, the items then running are tried again at the end, one at a time; an item with which
-    they break a second time has failed.
-    """
-    waiting, suspects, flying = deque(items), deque[Item](), dict[Future[Result], Item]()
-    trial = False  # whether the one item that is flying is a suspect
-
-    def fly(item: Item) -> None:
-        try:
-            flying[workers.submit(function, item)] = item
-        except BrokenExecutor:  # an idle process died: no item's fault
-            workers.close()
-            flying[workers.submit(function, item)] = item
-
-    while waiting or suspects or flying:
-        while waiting and len(flying) < workers.window:
-            fly(waiting.popleft())
-        if suspects and not flying:
-            trial = True
-            fly(suspects.popleft())
-        for future in wait(flying, return_when=FIRST_COMPLETED).done:
-            item = flying.pop(future)
-            try:
-                yield item, future.result()
-            except BrokenExecutor:
-                workers.close()
-                if trial:
-                    yield item, "its worker process died twice"
-                else:
-                    suspects.append(item)
-            except Exception as error:  # whatever it is, it is this object's, not the batch's
-                yield item, _reason(error)
-            trial = False
-
-
-def _reason(error: Exception) -> str:
-    line = (str(error).splitlines() or [""])[0]
-    return line if isinstance(error, InputError) else f"{type(error).__name__}: {line}"
 
 
 def _saved(file: Path, name: str, planned: tuple[Grasps, dict[str, Any]] | str, folder: Path) -> Row:
@@ -272,28 +167,3 @@ def _known(folder: Path, expected: dict[str, Any]) -> Grasps | None:
         expected = {key: value for key, value in expected.items() if key != "timeout"}
     same = all(grasps.meta.get(key) == value for key, value in expected.items())
     return grasps if same and len(grasps) else None
-
-
-_alone = threading.Lock()
-
-
-@contextmanager
-def _worker() -> Iterator[None]:
-    """What a process of any backend needs to solve an object.
-
-    One object at a time, for CasADi is not thread-safe; one thread of BLAS; and leave to fork, which
-    multiprocessing withholds from the daemons that dask's nannies start.
-    """
-    multiprocessing.current_process().daemon = False
-    with _alone, threadpool_limits(1):
-        yield
-
-
-@contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Keep Ctrl-C waiting; processes and threads that are started meanwhile inherit this and never hear of it."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

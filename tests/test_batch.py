@@ -4,48 +4,28 @@ import csv
 import json
 import math
 import os
-import signal
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import BrokenExecutor, Future
 from dataclasses import fields, replace
 from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import ALIVE, TESTS, command_with, hang, interrupted, running, wait_for
 from scenes import SMALL, ellipsoid
-from test_cli import ALIVE, COMMAND, SMALL_FLAGS, group, same, wait_for
+from test_cli import SMALL_FLAGS, same
 from test_grasps import small_plan
+from test_workers import Here
 
 from sgnlp import load_grasps, results
-from sgnlp.batch import Row, Task, Workers, batch, each
+from sgnlp.batch import Row, Task, batch, plan
 from sgnlp.cli import codes, run
 from sgnlp.errors import InputError
 from sgnlp.pool import Failure
 from sgnlp.summary import arrays, summary
-
-
-class Here(Workers):
-    """This process in the place of others."""
-
-    def __init__(self) -> None:
-        super().__init__(1)
-        self.closed = False
-
-    def submit(self, function, item):
-        future: Future = Future()
-        try:
-            future.set_result(function(item))
-        except Exception as error:
-            future.set_exception(error)
-        return future
-
-    def close(self) -> None:
-        self.closed = True
 
 
 @pytest.fixture(autouse=True)
@@ -137,12 +117,20 @@ def test_a_batch_is_bit_for_bit_what_solve_gives_for_each_file(capfd):
     assert made["batch"]["settings"]["gpis"]["surface_points"] == 60
 
 
-def test_a_start_that_overruns_its_limit_is_stopped_and_its_worker_goes_on(capfd):
-    files = [cloud("one", 1), cloud("two", 2)]
-    slow = ["--gpis.surface-points", 1000]  # so that a start is not done before its limit is looked at
-    assert command(*files, "--jobs", 1, "--timeout", 0.001, "--starts", 2, *slow) == codes.NONE_FEASIBLE
-    assert [(row.starts, row.feasible, row.failure) for row in read()] == 2 * [(2, False, "stopped after 0.001 s")]
-    assert capfd.readouterr().out.count("stopped after 0.001 s") == 2
+def hanging(task: Task, file: Path) -> object:
+    """`plan`, but the starts of a cloud that has `hangs` in its name do so."""
+    with pytest.MonkeyPatch.context() as patch:
+        if "hangs" in file.stem:
+            patch.setattr("sgnlp.pool.solve_start", hang)
+        return plan(task, file)
+
+
+def test_a_start_that_overruns_its_limit_is_stopped_and_its_worker_goes_on(capfd, monkeypatch):
+    monkeypatch.setattr("sgnlp.batch.plan", hanging)
+    files = [cloud("hangs", 1), cloud("hangs too", 2)]
+    assert command(*files, "--jobs", 1, "--timeout", 0.1, "--starts", 2, *SMALL_FLAGS) == codes.NONE_FEASIBLE
+    assert [(row.starts, row.feasible, row.failure) for row in read()] == 2 * [(2, False, "stopped after 0.1 s")]
+    assert capfd.readouterr().out.count("stopped after 0.1 s") == 2
 
 
 def test_every_field_of_a_row_is_of_a_type_that_the_file_can_hold():
@@ -269,65 +257,6 @@ def test_the_result_of_solve_is_taken_over(solved):
     assert not solved
 
 
-# Workers that die -----------------------------------------------------------------------------------------------------
-
-
-def killer(item: int) -> int:
-    """The square, but item 3 kills its process, and 5 only while no file says that it has."""
-    if item == 3 or (item == 5 and not Path("killed").exists()):
-        if item == 5:
-            Path("killed").touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    time.sleep(0.05)
-    return item**2
-
-
-def test_an_object_that_kills_its_worker_fails_alone_and_nothing_is_lost():
-    workers = Workers(2)
-    try:
-        found = dict(each(killer, range(9), workers))
-    finally:
-        workers.close()
-    assert found == {i: i**2 for i in range(9)} | {3: "its worker process died twice"}
-
-
-class Mortal(Here):
-    """Dies of an item as often as told; nothing can be submitted before it is closed then."""
-
-    def __init__(self, deaths: dict[int, int]):
-        super().__init__()
-        self.window, self.deaths, self.dead, self.log = 3, deaths, False, list[int]()
-
-    def submit(self, function, item):
-        if self.dead:
-            raise BrokenExecutor
-        self.log.append(item)
-        future = super().submit(function, item)
-        if self.deaths.get(item, 0):
-            self.deaths[item] -= 1
-            self.dead = True
-            future = Future()
-            future.set_exception(BrokenExecutor())
-        return future
-
-    def close(self) -> None:
-        self.dead = False
-
-
-@pytest.mark.parametrize("deaths", [{0: 1}, {2: 1, 5: 1}, {6: 1}])
-def test_an_item_whose_worker_dies_once_is_tried_again(deaths):
-    workers = Mortal(deaths)
-    assert dict(each(abs, range(7), workers)) == {i: i for i in range(7)}
-
-
-def test_an_item_is_given_up_at_the_second_death_and_not_before():
-    workers = Mortal({2: 9})
-    found = dict(each(abs, range(5), workers))
-    assert found[2] == "its worker process died twice"
-    assert workers.log.count(2) == 2
-    assert {i: found[i] for i in (0, 1, 3, 4)} == {i: i for i in (0, 1, 3, 4)}
-
-
 # The command ----------------------------------------------------------------------------------------------------------
 
 
@@ -425,25 +354,14 @@ def test_parquet_without_pyarrow_is_told_before_any_work(here, capfd, monkeypatc
 
 
 def test_ctrl_c_ends_every_process_and_keeps_what_is_done():
-    files = [str(cloud(f"cloud{i}", i)) for i in range(30)]
-    flags = ["--jobs", "2", "--starts", "3", *SMALL_FLAGS]
-    process = subprocess.Popen(
-        [*COMMAND, "batch", *files, *flags], stdout=-1, stderr=-1, text=True, start_new_session=True
-    )
-    try:
-        assert wait_for(lambda: len(read()) > 0, 3 * ALIVE), "no object has ended"
-        os.killpg(process.pid, signal.SIGINT)
-        out, err = process.communicate(timeout=ALIVE)
-        assert (process.returncode, out) == (codes.INTERRUPTED, "")
-        assert err.endswith("interrupted\n"), err  # CPython may tell of a signal inside its hooks of a fork before it
-        assert wait_for(lambda: not group(process.pid), 2.0)
-        done = [row.name for row in read()]
-        assert 0 < len(done) < 30
-        assert all(len(load_grasps(f"results/{name}")) == 3 for name in done)
-        assert {path.name for path in Path("results").iterdir()} <= {*(f"cloud{i}" for i in range(30)), "batch"}
-    finally:
-        for pid in group(process.pid):
-            os.kill(pid, signal.SIGKILL)
+    files = [str(cloud(name, i)) for i, name in enumerate(("one", "hangs", "hangs too"))]
+    patched = command_with("import sgnlp.batch, test_batch; sgnlp.batch.plan = test_batch.hanging")
+    with running([*patched, "batch", *files, "--jobs", "2", "--starts", "3", *SMALL_FLAGS]) as process:
+        assert wait_for(lambda: read() and Path("hanging").exists()), "no object has ended, or none hangs"
+        assert interrupted(process) == (codes.INTERRUPTED, "", "interrupted\n")
+    assert [row.name for row in read()] == ["one"]
+    assert len(load_grasps("results/one")) == 3
+    assert {path.name for path in Path("results").iterdir()} == {"one", "batch"}
 
 
 # A dask cluster -------------------------------------------------------------------------------------------------------
@@ -467,49 +385,43 @@ if __name__ == "__main__":
             print(len(pids), flush=True)
 """
     Path("cluster.py").write_text(code)
-    process = subprocess.Popen(
-        [sys.executable, "cluster.py"],
-        stdin=-1,
-        stdout=-1,
-        stderr=subprocess.DEVNULL,
-        text=True,
-        start_new_session=True,
-    )
+    path = os.pathsep.join([str(TESTS), *sys.path])  # the workers are to find what is imported here
+    options = {"stdin": subprocess.PIPE, "stderr": subprocess.DEVNULL, "env": os.environ | {"PYTHONPATH": path}}
+    with running([sys.executable, "cluster.py"], **options) as process:
 
-    def kill() -> int:
-        process.stdin.write("kill\n")
-        process.stdin.flush()
-        return int(process.stdout.readline())
+        def kill() -> int:
+            process.stdin.write("kill\n")
+            process.stdin.flush()
+            return int(process.stdout.readline())
 
-    try:
         yield process.stdout.readline().strip(), kill
         process.communicate(timeout=ALIVE)
-    finally:
-        for pid in group(process.pid):
-            os.kill(pid, signal.SIGKILL)
-        process.wait()
-        for pipe in (process.stdin, process.stdout):
-            pipe.close()
+
+
+def waiting(task: Task, file: Path) -> object:
+    """`plan`, but of all clouds but one only when a worker was killed."""
+    assert file.stem == "cloud0" or wait_for((task.root / "killed").exists)
+    return plan(task, file)
 
 
 @needs_dask
 @pytest.mark.filterwarnings("ignore")
-def test_nothing_is_lost_when_a_worker_of_a_cluster_is_killed_half_way(cluster, capfd):
+def test_nothing_is_lost_when_a_worker_of_a_cluster_is_killed_half_way(cluster, monkeypatch):
+    monkeypatch.setattr("sgnlp.batch.plan", waiting)
     address, kill = cluster
     files = [cloud(f"cloud{i}", i) for i in range(6)]
     killed = []
 
     def after_the_first() -> None:
-        if wait_for(lambda: len(read()) > 0, 5 * ALIVE):
+        if wait_for(read):
             killed.append((kill(), len(read())))
+        Path("killed").touch()
 
     thread = threading.Thread(target=after_the_first)
     thread.start()
     code = command(*files, "--backend", "dask", "--scheduler", address, "--starts", 2, *SMALL_FLAGS)
     thread.join()
-    assert killed
-    assert killed[0][0] == 2
-    assert killed[0][1] < 6, "it was killed after all was done"
+    assert killed == [(2, 1)]  # one of two workers, when one object was done
     assert [(row.name, row.feasible, row.failure) for row in read()] == [(f.stem, True, "") for f in files]
     assert code == codes.FEASIBLE
     assert all(len(load_grasps(f"results/{file.stem}")) == 2 for file in files)
@@ -520,7 +432,7 @@ def test_nothing_is_lost_when_a_worker_of_a_cluster_is_killed_half_way(cluster, 
 @needs_dask
 @pytest.mark.filterwarnings("ignore")
 def test_a_scheduler_that_does_not_answer_is_told(capfd, monkeypatch):
-    monkeypatch.setattr("sgnlp.batch.CONNECTING", 0.5)
+    monkeypatch.setattr("sgnlp.workers.CONNECTING", 0.5)
     assert command(cloud("one"), "--backend", "dask", "--scheduler", "tcp://127.0.0.1:1") == codes.BAD_INPUT
     assert "no dask scheduler answers at 'tcp://127.0.0.1:1'" in capfd.readouterr().err
     assert not Path("results").exists()

@@ -248,11 +248,20 @@ def test_a_fresh_process_has_the_cache_folder_that_it_is_given(tmp_path, monkeyp
     assert os.environ["XDG_CACHE_HOME"] == "before"
 
 
-def test_the_memory_of_a_process_is_that_of_all_its_descendants(monkeypatch):
-    code = "import subprocess, sys; subprocess.run([sys.executable, '-c', 'x = b\"1\" * 200_000_000'] + [''])"
+def test_the_memory_of_a_process_is_that_of_all_its_descendants(tmp_path, monkeypatch):
+    seen, memory = tmp_path / "seen", processes._memory
+    grandchild = f"import os, time; x = b'1' * 200_000_000\nwhile not os.path.exists({str(seen)!r}): time.sleep(0.01)"
+    code = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {grandchild!r}], check=True)"
+
+    def noticed(pid: int) -> tuple[float, float]:  # the grandchild lives until its memory was looked at
+        found = memory(pid)
+        if found[0] > 200:
+            seen.touch()
+        return found
+
     monkeypatch.setattr(processes, "COMMAND", (processes.COMMAND[0], "-c", code))
-    monkeypatch.setattr(processes, "SAMPLING", 1e-3)
-    assert 150 < processes.peak_memory([]) < 400
+    monkeypatch.setattr(processes, "_memory", noticed)
+    assert 200 < processes.peak_memory([]) < 400
 
 
 def test_before_the_first_solve_there_are_import_hand_cloud_surface_and_functions(bench, monkeypatch):

@@ -1,7 +1,5 @@
 """`sgnlp cache`: build, show, clear."""
 
-import signal
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +9,6 @@ from scenes import hand
 
 from sgnlp import compiled, toolchain
 from sgnlp.cli import compiling, run
-from sgnlp.cli.progress import interrupts
 from sgnlp.nlp import Structure
 from sgnlp.settings import ROBUST
 
@@ -74,17 +71,3 @@ def test_on_a_terminal_they_are_compiled_in_the_background(folder, monkeypatch):
     ((command, rest),) = started
     assert command[1:] == ["-m", "sgnlp", "cache", "--build", "--spheres", "paper"]
     assert rest["start_new_session"]
-
-
-def test_ctrl_c_inside_the_hooks_of_a_fork_is_heard_a_moment_later():
-    namespace = {"__name__": "logging", "signal": signal}
-    exec("def release():\n    signal.raise_signal(signal.SIGINT)\n    return 'not interrupted'", namespace)
-
-    def work():
-        with interrupts():
-            assert namespace["release"]() == "not interrupted"
-            time.sleep(5)
-            pytest.fail("never heard")
-
-    with pytest.raises(KeyboardInterrupt):
-        work()

@@ -4,11 +4,13 @@ import multiprocessing
 import os
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import hang
 from scenes import SEMI_AXES, SMALL, hand, observation, posed
 
 from sgnlp.ipopt import Planner, options, schedule
@@ -25,7 +27,11 @@ STARTS = 3
 def children() -> set[int]:
     """Process ids of the living children of this process."""
     tasks = Path("/proc/self/task")
-    return {int(pid) for task in tasks.iterdir() for pid in (task / "children").read_text().split()}
+    found = set()
+    for task in tasks.iterdir():
+        with suppress(OSError):  # a thread that has ended meanwhile
+            found |= {int(pid) for pid in (task / "children").read_text().split()}
+    return found
 
 
 @pytest.fixture(autouse=True)
@@ -106,14 +112,14 @@ def test_progress_hears_of_every_start_once():
 # --- limits and failures --------------------------------------------------------------------------------------------
 
 
-def test_a_start_that_overruns_its_limit_is_stopped_and_named():
-    begin = time.perf_counter()
-    plan = solve(observation(), hand(), SMALL, count=STARTS, jobs=2, timeout=0.01)
+def test_a_start_that_overruns_its_limit_is_stopped_and_named(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sgnlp.pool.solve_start", hang)
+    plan = solve(observation(), hand(), SMALL, count=STARTS, jobs=2, timeout=0.1)
     assert [f.start for f in plan.failures] == list(range(STARTS))
-    assert {f.reason for f in plan.failures} == {"stopped after 0.01 s"}
+    assert {f.reason for f in plan.failures} == {"stopped after 0.1 s"}
     assert plan.solutions == ()
     assert plan.best is None
-    assert time.perf_counter() - begin < 20
 
 
 def sleep_or_answer(planner: Planner, start: Start) -> int:
@@ -146,7 +152,7 @@ PENALTY = replace(SMALL, solver=Solver(formulation="penalty"))
 @pytest.mark.parametrize(
     ("task", "timeout", "reason"),
     [
-        (sleep_or_answer, 1.0, "stopped after 1 s"),
+        (sleep_or_answer, 3.0, "stopped after 3 s"),  # the others end at once, on a busy machine too
         (die_or_answer, None, "process ended with exit code 7"),
         (raise_or_answer, None, "RuntimeError: Error in Function::call"),
     ],

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.text import Text
 
 from sgnlp import __version__
-from sgnlp.cli import codes
+from sgnlp.cli import codes, interrupts
 from sgnlp.cli.batch import Batch
 from sgnlp.cli.benchmark import Benchmark
 from sgnlp.cli.cache import Cache
@@ -45,7 +45,10 @@ def _preset(arguments: list[str]) -> str:
 
 def main(arguments: list[str] | None = None) -> None:
     """Entry point of the command `sgnlp`."""
-    sys.exit(run(sys.argv[1:] if arguments is None else arguments))
+    code = run(sys.argv[1:] if arguments is None else arguments)
+    if code == codes.INTERRUPTED:
+        interrupts.silence()
+    sys.exit(code)
 
 
 def run(arguments: list[str]) -> int:
@@ -54,17 +57,25 @@ def run(arguments: list[str]) -> int:
     if arguments == ["--version"]:
         console.print(__version__)
         return 0
+    with interrupts.listening():
+        try:
+            return _command(arguments, console)
+        except SgnlpError as error:
+            errors.print(Text.assemble(("error:", "red"), f" {error}"), soft_wrap=True)
+            return codes.BAD_INPUT
+        except KeyboardInterrupt:
+            errors.print("interrupted")
+            return codes.INTERRUPTED
+        except SystemExit as exit_:
+            return codes.USAGE if exit_.code not in (0, None) else 0
+
+
+def _command(arguments: list[str], console: Console) -> int:
     try:
         command = tyro.cli(_commands(_preset(arguments)), args=arguments, prog="sgnlp", description=_about())
         return int(command.run(console))
-    except SgnlpError as error:
-        errors.print(Text.assemble(("error:", "red"), f" {error}"), soft_wrap=True)
-        return codes.BAD_INPUT
-    except KeyboardInterrupt:
-        errors.print("interrupted")
-        return codes.INTERRUPTED
-    except SystemExit as exit_:
-        return codes.USAGE if exit_.code not in (0, None) else 0
+    finally:
+        interrupts.check()
 
 
 def _console(stderr: bool = False) -> Console:

@@ -3,23 +3,23 @@
 import json
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Literal
 
 import tyro
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from sgnlp import report, results
-from sgnlp.batch import Row, Task, Workers, batch
+from sgnlp.batch import Row, Task, batch
 from sgnlp.cli import codes
 from sgnlp.cli.flags import Observing, Tabling, made
-from sgnlp.cli.progress import interrupts
+from sgnlp.cli.progress import bars
 from sgnlp.errors import InputError
 from sgnlp.hand import available_hands, load_hand
+from sgnlp.workers import Workers
 
 MADE = "made.json"
 
@@ -52,14 +52,14 @@ class Batch(Tabling, Observing):
         workers = self._workers()
         results.write_text(out / MADE, self._made())
         rows: dict[Path, Row] = {}
-        with (
-            _bars(console, len(files)) as (read, done),
-            closing(batch(files, self._task(), self.results, workers, progress=read)) as ended,
-        ):
-            for row in ended:
-                rows[Path(row.file)] = row
-                self.write(out, [rows[file] for file in files if file in rows])
-                done(row)
+        with bars(console) as bar:
+            read, solved = bar("reading", len(files)), bar("solving", len(files))
+            planned = batch(files, self._task(), self.results, workers, progress=read.advance)
+            with closing(planned) as ended:
+                for row in ended:
+                    rows[Path(row.file)] = row
+                    self.write(out, [rows[file] for file in files if file in rows])
+                    solved.advance(row)
         _show(console, [rows[file] for file in files], time.perf_counter() - begin)
         console.print(f"written: {', '.join(str(out / name) for name in (*self.tables, MADE))}", soft_wrap=True)
         return codes.FEASIBLE if all(row.feasible for row in rows.values()) else codes.NONE_FEASIBLE
@@ -87,25 +87,6 @@ class Batch(Tabling, Observing):
         """How the rows were made."""
         flags = {key: value for key, value in asdict(self).items() if key != "files"}
         return results.json_text(made(batch=json.loads(json.dumps(flags, default=str))))
-
-
-@contextmanager
-def _bars(console: Console, total: int) -> Iterator[tuple[Callable[[object], None], Callable[[object], None]]]:
-    """Progress bars over files read and objects done, on a terminal only; gives what advances each."""
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    hidden = not console.is_terminal
-    with interrupts() as check, Progress(*columns, console=console, disable=hidden, transient=True) as bars:
-
-        def bar(description: str) -> Callable[[object], None]:
-            task = bars.add_task(description, total=total)
-
-            def advance(result: object) -> None:
-                check()
-                bars.advance(task)
-
-            return advance
-
-        yield bar("reading"), bar("solving")
 
 
 def _show(console: Console, rows: Sequence[Row], seconds: float) -> None:

@@ -13,7 +13,7 @@ from sgnlp.benchmarks.bench import Bench
 from sgnlp.benchmarks.measure import Row
 from sgnlp.checked import POSITIVE, Interval
 from sgnlp.cli.flags import Starting, made
-from sgnlp.cli.progress import interrupts
+from sgnlp.cli.interrupts import check
 from sgnlp.errors import InputError
 
 Section = Literal["startup", "oracle", "surface", "solving", "whole", "ratios", "points", "starts", "objects"]
@@ -60,7 +60,7 @@ class Benchmark(Starting):
 
     def _measure(self, console: Console, bench: Bench) -> list[Row]:
         rows: list[Row] = []
-        with interrupts() as check, console.status("compiling the functions") as status:
+        with console.status("compiling the functions") as status:
             bench.ready()
             for row in benchmarks.measured(bench, self.sections):
                 check()

@@ -1,20 +1,17 @@
 """`sgnlp cache`: what has been compiled for this user, building it and clearing it."""
 
 import os
-import subprocess
 from dataclasses import dataclass, field
 from typing import Annotated
 
 import tyro
 from rich.console import Console
 
-from sgnlp import compiled, report, toolchain
+from sgnlp import report, toolchain
+from sgnlp.cli import compiling
 from sgnlp.cli.flags import Planning
-from sgnlp.cli.progress import counting_bar
-from sgnlp.errors import SolverError
+from sgnlp.cli.progress import bars
 from sgnlp.hand import load_hand
-from sgnlp.ipopt import schedule
-from sgnlp.nlp import structure
 from sgnlp.settings import ROBUST, Settings
 
 
@@ -37,17 +34,9 @@ class Cache(Planning):
             for file in toolchain.entries():
                 file.unlink(missing_ok=True)
         if self.build:
-            self._build(console)
+            with bars(console) as bar:
+                compiling.build(load_hand(self.hand, self.settings.spheres), self.settings, self.jobs, bar)
         libraries = [file for file in toolchain.entries() if file.suffix == ".so"]
         sizes = {file.name: f"{file.stat().st_size / 1e6:.2f} MB" for file in libraries}
         console.print(report.facts_table(f"Compiled, in {toolchain.cache_folder()}", sizes))
         return 0
-
-    def _build(self, console: Console) -> None:
-        hand = load_hand(self.hand, self.settings.spheres)
-        for formulation, _ in schedule(self.settings.solver):
-            with counting_bar(console, f"compiling {formulation}") as progress:
-                try:
-                    compiled.compile_program(hand, structure(self.settings.contact, formulation), self.jobs, progress)
-                except (OSError, subprocess.SubprocessError) as error:
-                    raise SolverError(f"cannot compile: {error}") from None

@@ -1,12 +1,15 @@
-"""What `sgnlp solve` says, and does, where the functions are not compiled yet."""
+"""What the commands say and do where the functions are not compiled yet."""
 
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 
 from rich.console import Console
 
 from sgnlp import compiled
+from sgnlp.cli.progress import Bar
+from sgnlp.errors import SolverError
 from sgnlp.hand import Hand
 from sgnlp.ipopt import schedule
 from sgnlp.nlp import structure
@@ -14,6 +17,20 @@ from sgnlp.settings import Settings
 
 PATIENCE = 10
 """Niceness of a build in the background: it must not slow what the user does next."""
+
+
+def build(hand: Hand, settings: Settings, jobs: int, bar: Callable[[str, int | None], Bar]) -> None:
+    """Compile what the settings need, unless that is done; `bar` makes a progress bar.
+
+    Raises:
+        SolverError: there is no compiler, it fails, or the cache cannot be written.
+    """
+    for formulation, _ in schedule(settings.solver):
+        progress = bar(f"compiling {formulation}", None).move
+        try:
+            compiled.compile_program(hand, structure(settings.contact, formulation), jobs, progress)
+        except (OSError, subprocess.SubprocessError) as error:
+            raise SolverError(f"cannot compile: {error}") from None
 
 
 def missing(hand: Hand, settings: Settings) -> bool:

@@ -1,74 +1,45 @@
-"""The progress bar, and Ctrl-C while it is shown."""
+"""Progress bars, shown on a terminal only. Whatever moves one hears Ctrl-C."""
 
-import os
-import signal
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from types import FrameType
+from dataclasses import dataclass
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-AGAIN = 0.05
-"""After this [s] a Ctrl-C that came inside the hooks of a fork is sent again."""
+from sgnlp.cli.interrupts import check
+
+COLUMNS = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One bar."""
+
+    progress: Progress
+    task: TaskID
+
+    def advance(self, result: object) -> None:
+        """One more is done."""
+        check()
+        self.progress.advance(self.task)
+
+    def move(self, done: int, total: int) -> None:
+        """So many are done of so many."""
+        check()
+        self.progress.update(self.task, completed=done, total=total)
+
+
+@contextmanager
+def bars(console: Console, show: bool = True) -> Iterator[Callable[[str, int | None], Bar]]:
+    """Several bars below each other; gives what makes one of a text and the total, if that is known."""
+    hidden = not (show and console.is_terminal)
+    with Progress(*COLUMNS, console=console, disable=hidden, transient=True) as progress:
+        yield lambda text, total: Bar(progress, progress.add_task(text, total=total))
 
 
 @contextmanager
 def starts_bar(console: Console, total: int, show: bool) -> Iterator[Callable[[object], None]]:
-    """A progress bar over starts, on a terminal only; gives the callback that advances it by one."""
-    columns = (TextColumn("solving"), BarColumn(), MofNCompleteColumn(), TextColumn("starts"), TimeElapsedColumn())
-    hidden = not (show and console.is_terminal)
-    with interrupts() as check, Progress(*columns, console=console, disable=hidden, transient=True) as bar:
-        task = bar.add_task("solve", total=total)
-
-        def advance(result: object) -> None:
-            check()
-            bar.advance(task)
-
-        yield advance
-
-
-@contextmanager
-def counting_bar(console: Console, text: str) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar, on a terminal only; gives the callback that sets it to (done, total)."""
-    columns = (TextColumn(text), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with interrupts() as check, Progress(*columns, console=console, disable=not console.is_terminal) as bar:
-        task = bar.add_task(text, total=None)
-
-        def advance(done: int, total: int) -> None:
-            check()
-            bar.update(task, completed=done, total=total)
-
-        yield advance
-
-
-@contextmanager
-def interrupts() -> Iterator[Callable[[], None]]:
-    """Ctrl-C raises KeyboardInterrupt, and again wherever the given function is called and at the end, however reached.
-
-    Once is not enough: CasADi clears the errors that it meets in converting arguments, and with them one Ctrl-C of
-    ten that come while the symbolic functions are built; a thread that is starting turns it into another error.
-    """
-    caught, owner = False, os.getpid()
-
-    def handle(number: int, frame: FrameType | None) -> None:
-        nonlocal caught
-        caught = True
-        if os.getpid() != owner:  # a process just forked is ended by its parent
-            return
-        if frame is not None and frame.f_globals.get("__name__") == "logging":
-            threading.Timer(AGAIN, os.kill, (owner, number)).start()  # a fork runs its hooks and prints what they raise
-            return
-        raise KeyboardInterrupt
-
-    def check() -> None:
-        if caught:
-            raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGINT, handle)
-    try:
-        yield check
-    finally:
-        signal.signal(signal.SIGINT, before)
-        check()
+    """A bar over starts; gives the callback that advances it by one."""
+    with bars(console, show) as bar:
+        yield bar("solving starts", total).advance
