@@ -71,11 +71,12 @@ def batch(
     workers: Workers,
     *,
     progress: Callable[[object], None] = lambda read: None,
+    before: Callable[[int], None] = lambda unsolved: None,
 ) -> Generator[Row]:
     """Plan grasps for every file into `folder`/NAME, yielding a row for each as it ends.
 
-    All files are read, and their names compared, before the first is solved; `progress` is called as each is read.
-    Objects whose folder holds a result of the same
+    All files are read, and their names compared, before the first is solved; `progress` is called as each is read, and
+    `before` with the number of those to solve, when that is known. Objects whose folder holds a result of the same
     input and task are not solved again. Whatever goes wrong with an object is its row's `failure`. The workers are
     closed at the end, however reached.
 
@@ -99,6 +100,7 @@ def batch(
                 yield _row(file, known, reused=True)
             else:
                 unsolved[file] = named[0]
+        before(len(unsolved))
         for file, planned in each(partial(plan, task), unsolved, workers):
             yield _saved(file, unsolved[file], planned, folder)
     finally:

@@ -23,7 +23,7 @@ from test_workers import Here
 from sgnlp import load_grasps, results
 from sgnlp.batch import Row, Task, batch, plan
 from sgnlp.cli import codes, run
-from sgnlp.errors import InputError
+from sgnlp.errors import InputError, SolverError
 from sgnlp.pool import Failure
 from sgnlp.summary import arrays, summary
 
@@ -351,6 +351,42 @@ def test_parquet_without_pyarrow_is_told_before_any_work(here, capfd, monkeypatc
     assert capfd.readouterr() == ("", "error: Parquet needs the package pyarrow: pip install 'sgnlp[parquet]'\n")
     assert not Path("results").exists()
     assert not here
+
+
+@pytest.fixture
+def builds(monkeypatch, workplace) -> list[bool]:
+    """An entry for each build; nothing is compiled yet, and four starts are worth it."""
+    done: list[bool] = []
+    monkeypatch.setenv("XDG_CACHE_HOME", str(workplace / "cache"))
+    monkeypatch.setattr("sgnlp.compiled.can_compile", lambda: True)
+    monkeypatch.setattr("sgnlp.cli.compiling.WORTH", 4)
+    monkeypatch.setattr("sgnlp.cli.compiling.build", lambda *_: done.append(True))
+    return done
+
+
+def test_the_functions_are_compiled_first_where_the_starts_that_are_left_are_worth_it(here, builds, capfd):
+    one, two, flags = cloud("one"), cloud("two", 1), ["--starts", 2, *SMALL_FLAGS]
+    for arguments, count in (
+        ((one, two, *flags, "--no-build"), 0),
+        ((one, two, *flags, "--solver.no-compiled"), 0),
+        ((one, *flags), 0),
+        ((one, two, *flags, "--seed", 1), 1),
+        ((one, two, *flags, "--seed", 1), 1),  # solved before
+    ):
+        assert command(*arguments) == codes.FEASIBLE
+        assert len(builds) == count
+        assert ("Compiling the functions first" in capfd.readouterr().out) == (count == 1 and bool(here))
+        here.clear()
+
+
+def test_a_build_that_fails_is_told_and_the_batch_goes_on_interpreted(here, builds, capfd, monkeypatch):
+    def fails(*_: object) -> None:
+        raise SolverError("cannot compile: no room")
+
+    monkeypatch.setattr("sgnlp.cli.compiling.build", fails)
+    assert command(cloud("one"), cloud("two", 1), "--starts", 2, *SMALL_FLAGS) == codes.FEASIBLE
+    assert "The functions stay interpreted: cannot compile: no room" in capfd.readouterr().out
+    assert here == ["one", "two"]
 
 
 def test_ctrl_c_ends_every_process_and_keeps_what_is_done():

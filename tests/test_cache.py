@@ -71,3 +71,17 @@ def test_on_a_terminal_they_are_compiled_in_the_background(folder, monkeypatch):
     ((command, rest),) = started
     assert command[1:] == ["-m", "sgnlp", "cache", "--build", "--spheres", "paper"]
     assert rest["start_new_session"]
+
+
+def test_a_build_before_the_starts_is_worth_it_for_many_and_only_where_it_is_wanted_and_can_be_done(
+    folder, monkeypatch
+):
+    settings = replace(ROBUST, spheres="paper")
+    can = [True]
+    monkeypatch.setattr(compiled, "can_compile", lambda: can[0])
+    assert compiling.worthwhile(hand("paper"), settings, compiling.WORTH)
+    assert not compiling.worthwhile(hand("paper"), settings, compiling.WORTH - 1)
+    interpreted = replace(settings, solver=replace(settings.solver, compiled=False))
+    assert not compiling.worthwhile(hand("paper"), interpreted, compiling.WORTH)
+    can[0] = False
+    assert not compiling.worthwhile(hand("paper"), settings, compiling.WORTH)

@@ -3,9 +3,10 @@
 import json
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -14,11 +15,11 @@ from rich.console import Console
 
 from sgnlp import report, results
 from sgnlp.batch import Row, Task, batch
-from sgnlp.cli import codes
+from sgnlp.cli import codes, compiling
 from sgnlp.cli.flags import Observing, Tabling, made
-from sgnlp.cli.progress import bars
-from sgnlp.errors import InputError
-from sgnlp.hand import available_hands, load_hand
+from sgnlp.cli.progress import Bar, bars
+from sgnlp.errors import InputError, SolverError
+from sgnlp.hand import Hand, available_hands, load_hand
 from sgnlp.workers import Workers
 
 MADE = "made.json"
@@ -36,6 +37,8 @@ class Batch(Tabling, Observing):
     """processes of this machine, or a dask cluster that sees the same files"""
     scheduler: str | None = None
     """address of the dask scheduler, such as tcp://host:8786"""
+    build: bool = True
+    """compile the functions first, where there are so many starts that it pays; not on a cluster"""
     results: Path = Path("results")
     """where each object has the folder of its result"""
     out: Path | None = None
@@ -46,7 +49,7 @@ class Batch(Tabling, Observing):
         files, begin, out = list(dict.fromkeys(self.files)), time.perf_counter(), self.out or self.results / "batch"
         if not any(file.is_file() for file in files):
             raise InputError(f"there is nothing to solve: {files[0] if files else 'no file'} is not a cloud")
-        load_hand(self.hand, self.settings.spheres)
+        hand = load_hand(self.hand, self.settings.spheres)
         results.writable(self.results)
         results.writable(out)
         workers = self._workers()
@@ -54,7 +57,8 @@ class Batch(Tabling, Observing):
         rows: dict[Path, Row] = {}
         with bars(console) as bar:
             read, solved = bar("reading", len(files)), bar("solving", len(files))
-            planned = batch(files, self._task(), self.results, workers, progress=read.advance)
+            prepare = partial(self._prepare, console, bar, hand)
+            planned = batch(files, self._task(), self.results, workers, progress=read.advance, before=prepare)
             with closing(planned) as ended:
                 for row in ended:
                     rows[Path(row.file)] = row
@@ -63,6 +67,16 @@ class Batch(Tabling, Observing):
         _show(console, [rows[file] for file in files], time.perf_counter() - begin)
         console.print(f"written: {', '.join(str(out / name) for name in (*self.tables, MADE))}", soft_wrap=True)
         return codes.FEASIBLE if all(row.feasible for row in rows.values()) else codes.NONE_FEASIBLE
+
+    def _prepare(self, console: Console, bar: Callable[[str, int | None], Bar], hand: Hand, objects: int) -> None:
+        """Compile first, where that pays; the machines of a cluster have caches of their own."""
+        if self.scheduler or not self.build or not compiling.worthwhile(hand, self.settings, objects * self.starts):
+            return
+        console.print("Compiling the functions first, once for all objects (--no-build leaves them interpreted).")
+        try:
+            compiling.build(hand, self.settings, self.jobs, bar)
+        except SolverError as error:
+            console.print(f"The functions stay interpreted: {error}", soft_wrap=True)
 
     def _task(self) -> Task:
         """What the workers are told; they may run elsewhere, so a hand's folder is named in full."""

@@ -17,6 +17,8 @@ from sgnlp.settings import Settings
 
 PATIENCE = 10
 """Niceness of a build in the background: it must not slow what the user does next."""
+WORTH = 300
+"""Starts for which a build pays before they begin: it takes 60 s of processor time, and saves 0.2 s of each."""
 
 
 def build(hand: Hand, settings: Settings, jobs: int, bar: Callable[[str, int | None], Bar]) -> None:
@@ -31,6 +33,11 @@ def build(hand: Hand, settings: Settings, jobs: int, bar: Callable[[str, int | N
             compiled.compile_program(hand, structure(settings.contact, formulation), jobs, progress)
         except (OSError, subprocess.SubprocessError) as error:
             raise SolverError(f"cannot compile: {error}") from None
+
+
+def worthwhile(hand: Hand, settings: Settings, starts: int) -> bool:
+    """Whether it takes less time to build first than to solve so many starts interpreted."""
+    return starts >= WORTH and missing(hand, settings) and compiled.can_compile()
 
 
 def missing(hand: Hand, settings: Settings) -> bool:
