@@ -63,12 +63,12 @@ def schedule(solver: Solver) -> list[tuple[str, int]]:
     return [(solver.formulation, solver.max_iterations)]
 
 
-def nlp_solver(oracle: Oracle, solver: Solver, iterations: int) -> ca.Function:
-    """CasADi's Ipopt over the oracle's own derivatives."""
+def nlp_solver(oracle: Oracle, solver: Solver, iterations: int, **more: Any) -> ca.Function:
+    """CasADi's Ipopt over the oracle's own derivatives; more options take precedence."""
     x, p = ca.MX.sym("x", oracle.objective.size1_in(0)), ca.MX.sym("p", oracle.objective.size1_in(1))
     problem = {"x": x, "p": p, "f": oracle.objective(x, p), "g": oracle.rows(x, p)}
     derivatives = {"grad_f": oracle.gradient, "jac_g": oracle.jacobian, "hess_lag": oracle.hessian}
-    return ca.nlpsol("ipopt", "ipopt", problem, options(solver, iterations) | derivatives)
+    return ca.nlpsol("ipopt", "ipopt", problem, options(solver, iterations) | derivatives | more)
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,12 @@ from typing import get_args
 
 import numpy as np
 import pytest
+from processes import ALIVE
 from scenes import SMALL, ellipsoid, hand, oracle, posed
 
 import sgnlp
 from sgnlp import benchmarks, results
-from sgnlp.benchmarks import growth, measure, plain, processes, ratios, solving, startup, surface
+from sgnlp.benchmarks import growth, measure, processes, ratios, solving, startup, surface
 from sgnlp.benchmarks.bench import Bench
 from sgnlp.benchmarks.measure import Row, Time, clocked, cold_times, spread, timing, warm_times
 from sgnlp.benchmarks.oracle import call, functions, scene
@@ -24,7 +25,7 @@ from sgnlp.cli import run
 from sgnlp.cli.benchmark import Benchmark, Section
 from sgnlp.ipopt import Planner
 from sgnlp.oracle import join
-from sgnlp.settings import ROBUST, Contact, GpisSettings
+from sgnlp.settings import ROBUST
 from sgnlp.starts import starts
 
 INTERPRETED = replace(SMALL, solver=replace(SMALL.solver, compiled=False))
@@ -157,21 +158,6 @@ def test_the_limited_memory_planner_needs_no_hessian_and_leaves_the_other_as_it_
             assert (phase.solver.stats().get("n_call_nlp_hess_l", 0) > 0) == exact_second
 
 
-def test_the_plain_hessian_is_the_same_hessian():
-    settings = replace(
-        SMALL,
-        gpis=GpisSettings(surface_points=12, interior_points=12),
-        contact=Contact(samples=2),
-        spheres="paper",
-    )
-    problem = posed(replace(settings, solver=replace(settings.solver, formulation="penalty")))
-    joined, x, p = scene(problem, 0)
-    lam = np.random.default_rng(0).normal(size=sum(joined.nlp.row_sizes))
-    H = np.array(joined.hessian(x, p, 0.7, lam))
-    found = np.array(plain.plain_hessian(problem.hand, joined.nlp.structure, problem.gpis)(x, p, 0.7, lam))
-    np.testing.assert_allclose(found, H, rtol=1e-9, atol=1e-9 * np.abs(H).max())
-
-
 def test_solves_are_counted_by_start_and_by_object(bench):
     rows = {row.name: row for row in solving.solves(bench)}
     assert rows["iterations of a start"].repeats == 2
@@ -250,7 +236,11 @@ def test_a_fresh_process_has_the_cache_folder_that_it_is_given(tmp_path, monkeyp
 
 def test_the_memory_of_a_process_is_that_of_all_its_descendants(tmp_path, monkeypatch):
     seen, memory = tmp_path / "seen", processes._memory
-    grandchild = f"import os, time; x = b'1' * 200_000_000\nwhile not os.path.exists({str(seen)!r}): time.sleep(0.01)"
+    grandchild = f"""
+import os, time
+x, end = b"1" * 200_000_000, time.monotonic() + {ALIVE}
+while not os.path.exists({str(seen)!r}) and time.monotonic() < end: time.sleep(0.01)
+"""
     code = f"import subprocess, sys; subprocess.run([sys.executable, '-c', {grandchild!r}], check=True)"
 
     def noticed(pid: int) -> tuple[float, float]:  # the grandchild lives until its memory was looked at

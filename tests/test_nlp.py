@@ -8,9 +8,8 @@ import pytest
 from finite_differences import assert_jacobian, jacobian
 from scenes import SMALL, block, exact_grasp, hand, oracle, posed, random_point
 
+from sgnlp.benchmarks.plain import plain, plain_hessian
 from sgnlp.energies import TERMS
-from sgnlp.gpis import MIN_SLOPE, parameters, symbolic
-from sgnlp.jets import JET
 from sgnlp.kernels import KERNELS
 from sgnlp.nlp import UNITS, Structure, build, variable_units
 from sgnlp.oracle import Oracle
@@ -78,54 +77,23 @@ def check(functions: Oracle, x, p, lam) -> None:
     assert_jacobian(lagrangian, full(functions.hessian(x, p, 1.0, lam)), x)
 
 
-def composed(functions: Oracle, gpis) -> ca.Function:
-    """(x, p, λ_f, λ_g) → f, ∇f, g, J, H by CasADi on the whole expression, the kernel sums written into it."""
-    nlp, layout = functions.nlp, functions.nlp.layout
-    x, p = ca.MX.sym("x", len(nlp.units)), ca.MX.sym("p", sum(nlp.parameters.sizes.values()))
-    lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", sum(nlp.row_sizes))
-    posterior = symbolic(gpis.kernel, len(gpis.X))
-    m, V, D, before = layout.m, layout.uncertain, layout.distances, layout.before_feet
-
-    def evaluate(Z: ca.MX) -> list[ca.MX]:
-        each = posterior.map(f"each_{Z.size2()}", "serial", Z.size2(), [1, 2, 3, 4, 5, 6], [])
-        results = each.call([Z, *map(ca.DM, parameters(gpis))])
-        return [results[posterior.index_out(n)] for n in ("mean", "gradient", "variance")]
-
-    given, depths = nlp.points(x, p)
-    gradient = evaluate(given[:m, :].T)[1]
-    down = gradient / ca.repmat(ca.sqrt(ca.sum1(gradient**2) + MIN_SLOPE**2), 3, 1)
-    feet = given[:m, :].T - ca.repmat(depths.T, 3, 1) * down
-    mean, gradient, variance = evaluate(ca.horzcat(given[:before, :].T, feet, given[before:, :].T))
-    slope = ca.sqrt(ca.sum1(gradient**2) + MIN_SLOPE**2)
-
-    def values_only(row: ca.MX) -> ca.MX:
-        return ca.horzcat(row.T, ca.MX.zeros(row.numel(), JET - 1))
-
-    normals = gradient / ca.repmat(slope, 3, 1)
-    jets = [
-        values_only((mean / slope)[:D]),
-        values_only((variance / slope**2)[:V]),
-        ca.horzcat(*[values_only(normals[a, :m]) for a in range(3)]),
-        values_only(mean[D:]),
-    ]
-    f, g = nlp.objective(x, p, *jets), nlp.rows(x, p, *jets)
-    H = ca.hessian(lam_f * f + ca.dot(lam_g, g), x)[0]
-    return ca.Function("composed", [x, p, lam_f, lam_g], [f, ca.gradient(f, x), g, ca.jacobian(g, x), H])
-
-
 @pytest.mark.parametrize("kernel", sorted(KERNELS))
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_the_chain_with_jets_equals_casadis_differentiation_of_the_whole_expression(formulation, kernel):
     settings = with_kernel(replace(LOADED, spheres="paper"), kernel, surface_points=12)
     settings = replace(settings, contact=replace(settings.contact, samples=2))
     functions, x, p, lam = scene(settings, formulation)
-    f, g, rows, J, H = (np.array(a) for a in composed(functions, posed(settings).gpis)(x, p, 0.7, lam))
+    program = hand("paper"), functions.nlp.structure, posed(settings).gpis
+    y, q, objective, constraints = plain(*program)
+    first = [objective, ca.gradient(objective, y), constraints, ca.jacobian(constraints, y)]
+    f, g, rows, J = (np.array(a) for a in ca.Function("first", [y, q], first)(x, p))
+    H = np.array(plain_hessian(*program)(x, p, 0.7, lam))
     near = {"rtol": 1e-9}
     np.testing.assert_allclose(np.array(functions.objective(x, p)), f, **near)
     np.testing.assert_allclose(np.array(functions.gradient(x, p)[1]), g, atol=1e-9 * np.abs(g).max(), **near)
     np.testing.assert_allclose(np.array(functions.rows(x, p)), rows, atol=1e-9, **near)
     np.testing.assert_allclose(np.array(functions.jacobian(x, p)[1]), J, atol=1e-9 * np.abs(J).max(), **near)
-    np.testing.assert_allclose(full(functions.hessian(x, p, 0.7, lam)), H, atol=1e-9 * np.abs(H).max(), **near)
+    np.testing.assert_allclose(np.array(functions.hessian(x, p, 0.7, lam)), H, atol=1e-9 * np.abs(H).max(), **near)
 
 
 def test_the_hessian_is_linear_in_its_multipliers():

@@ -5,7 +5,6 @@ from copy import copy
 from dataclasses import dataclass, replace
 from functools import partial
 
-import casadi as ca
 from threadpoolctl import threadpool_limits
 
 from sgnlp.benchmarks.bench import Bench
@@ -13,9 +12,8 @@ from sgnlp.benchmarks.measure import Row, Time, clocked, spread, timing, warm_ti
 from sgnlp.benchmarks.oracle import call, scene
 from sgnlp.benchmarks.plain import plain_hessian
 from sgnlp.firstorder import OPTIMISERS, descend
-from sgnlp.ipopt import Iterate, Phase, Planner, options, schedule
+from sgnlp.ipopt import Iterate, Phase, Planner, nlp_solver, schedule
 from sgnlp.nlp import ENERGY_UNIT
-from sgnlp.oracle import Oracle
 from sgnlp.problem import Problem, pose
 from sgnlp.settings import Solver
 from sgnlp.solution import SOLVED_FACTOR
@@ -25,6 +23,8 @@ STEPS = 200
 """First-order steps, as many as the paper's release takes."""
 PLAIN_POINTS = 12
 """Surface and interior points for which CasADi's plain Hessian is built: at full size that takes many minutes."""
+LIMITED = {"ipopt.hessian_approximation": "limited-memory"}
+"""Ipopt's option that leaves the Hessian alone."""
 
 
 @dataclass(frozen=True)
@@ -48,18 +48,10 @@ def limited_memory(planner: Planner) -> Planner:
     solver = planner.problem.settings.solver
     limited = copy(planner)
     limited.phases = [
-        Phase(phase.oracle, _approximate(phase.oracle, solver, iterations))
+        Phase(phase.oracle, nlp_solver(phase.oracle, solver, iterations, **LIMITED))
         for phase, (_, iterations) in zip(planner.phases, schedule(solver), strict=True)
     ]
     return limited
-
-
-def _approximate(oracle: Oracle, solver: Solver, iterations: int) -> ca.Function:
-    x, p = ca.MX.sym("x", oracle.objective.size1_in(0)), ca.MX.sym("p", oracle.objective.size1_in(1))
-    problem = {"x": x, "p": p, "f": oracle.objective(x, p), "g": oracle.rows(x, p)}
-    derivatives = {"grad_f": oracle.gradient, "jac_g": oracle.jacobian}
-    approximation = {"ipopt.hessian_approximation": "limited-memory"}
-    return ca.nlpsol("limited", "ipopt", problem, options(solver, iterations) | derivatives | approximation)
 
 
 def _limited_memory(bench: Bench) -> Iterator[Row]:
