@@ -238,11 +238,7 @@ def test_a_folder_with_other_names_and_three_fingers_is_a_hand():
     ],
 )
 def test_a_wrong_file_is_refused_in_one_line(tmp_path: Path, old: str, new: str, message: str):
-    folder = _copy(tmp_path, "hand.yaml", old, new)
-    with pytest.raises(InputError) as caught:
-        load_hand(folder)
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
+    assert message in refusal(_copy(tmp_path, "hand.yaml", old, new))
 
 
 @pytest.mark.parametrize(
@@ -258,10 +254,7 @@ def test_a_wrong_file_is_refused_in_one_line(tmp_path: Path, old: str, new: str,
     ],
 )
 def test_a_urdf_that_cannot_be_planned_with_is_refused(tmp_path: Path, old: str, new: str, message: str):
-    folder = _copy(tmp_path, "hand.urdf", old, new)
-    with pytest.raises(InputError) as caught:
-        load_hand(folder)
-    assert message in str(caught.value)
+    assert message in refusal(_copy(tmp_path, "hand.urdf", old, new))
 
 
 def test_unknown_hands_and_presets_list_the_valid_ones(tmp_path: Path):
@@ -280,3 +273,11 @@ def _copy(target: Path, name: str, old: str, new: str) -> Path:
     assert old in text
     (folder / name).write_text(text.replace(old, new, 1))
     return folder
+
+
+def refusal(folder: Path) -> str:
+    """Why a hand is refused, in one line."""
+    with pytest.raises(InputError) as caught:
+        load_hand(folder)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
