@@ -1,7 +1,7 @@
 """Compliant dexterous pregrasps under shape uncertainty, planned as one nonlinear program.
 
 >>> import sgnlp
->>> plan = sgnlp.solve(sgnlp.load("problems/mug.npz"))
+>>> plan = sgnlp.solve(sgnlp.load("problems/mug_0.npz"))
 >>> plan.best.grasp.gains  # (m,) [N/m]
 """
 

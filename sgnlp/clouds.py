@@ -16,7 +16,9 @@ from sgnlp.errors import InputError, unknown
 
 OPEN3D_SUFFIXES = (".ply", ".pcd", ".xyz")
 PER_CAMERA = "points_"  # prefix of the keys of a file with one array per camera
-OPTIONAL_KEYS = ("view", "camera_positions", "table_height", "name", "mesh_vertices", "mesh_faces")
+NUMBERS = ("table_height", "mass", "friction")  # keys of single numbers
+OPTIONAL_KEYS = ("view", "camera_positions", "name", "mesh_vertices", "mesh_faces", *NUMBERS)
+UNUSED_KEYS = ("half",)  # of the problem set: which half of it a file belongs to
 EXPECTED = (
     "an npz with 'points' (N, 3) in metres or one array 'points_<camera>' per camera, "
     f"or a file ending in {' '.join(OPEN3D_SUFFIXES)}"
@@ -50,6 +52,8 @@ class RawCloud:
     camera_positions: object = None
     mesh_vertices: object = None
     mesh_faces: object = None
+    mass: float | None = None
+    friction: float | None = None
     ignored_keys: tuple[str, ...] = ()
 
 
@@ -200,9 +204,10 @@ def _from_arrays(arrays: dict[str, object], stem: str) -> RawCloud:
         optional["name"] = str(optional.get("name", stem))
     except Exception as error:  # a string array may hold what is no character
         raise InputError("'name' is not a text") from error
-    if "table_height" in optional:
-        optional["table_height"] = float(floats(optional["table_height"], "table_height", ()))
-    ignored = sorted(set(arrays) - {"points", *cameras, *OPTIONAL_KEYS})
+    for key in NUMBERS:
+        if key in optional:
+            optional[key] = float(floats(optional[key], key, ()))
+    ignored = sorted(set(arrays) - {"points", *cameras, *OPTIONAL_KEYS, *UNUSED_KEYS})
     return RawCloud(points=points, ignored_keys=tuple(ignored), **optional)  # type: ignore[arg-type]
 
 

@@ -92,6 +92,8 @@ class Observation:
     camera_positions: FloatArray | None = None  # (V, 3) [m]
     mesh_vertices: FloatArray | None = None  # (U, 3) [m] the true surface, where it is known
     mesh_faces: IntArray | None = None  # (F, 3)
+    mass: float | None = None  # [kg] of the true body
+    friction: float | None = None  # true coefficient between a fingertip and the body
     notes: tuple[str, ...] = ()  # a sentence for each thing dropped or assumed
 
 
@@ -123,6 +125,8 @@ def load(
             camera_positions=raw.camera_positions,  # type: ignore[arg-type]
             mesh_vertices=raw.mesh_vertices,  # type: ignore[arg-type]
             mesh_faces=raw.mesh_faces,  # type: ignore[arg-type]
+            mass=raw.mass,
+            friction=raw.friction,
             notes=[f"Ignored the unknown keys {', '.join(raw.ignored_keys)}."] if raw.ignored_keys else [],
             settings=settings,
         )
@@ -143,6 +147,8 @@ def observe(
     camera_positions: ArrayLike | None = None,
     mesh_vertices: ArrayLike | None = None,
     mesh_faces: ArrayLike | None = None,
+    mass: float | None = None,
+    friction: float | None = None,
     notes: Sequence[str] = (),
     settings: ObservationSettings = DEFAULTS,
 ) -> Observation:
@@ -151,13 +157,16 @@ def observe(
     `view` (N,) numbers the camera of each point, `view_names` names the cameras (default: their numbers), and
     `views` keeps some of them by name, or by place in the order of the names where no name matches. `scale`
     turns `points`, `camera_positions` (V, 3) and the mesh (U, 3), (F, 3) into metres; `table_height` is in
-    metres already and is estimated from the lowest points where it is missing. Raises `InputError` for
-    everything that cannot be the cloud of one graspable object on a table.
+    metres already and is estimated from the lowest points where it is missing. `mass` [kg] and `friction` are,
+    like the mesh, the truth that a simulation needs. Raises `InputError` for everything that cannot be the cloud
+    of one graspable object on a table.
     """
     if not (np.isfinite(scale) and scale > 0):
         raise InputError(f"the scale must be a positive number; found {scale}")
-    if not NAME_PATTERN.fullmatch(name):
-        raise InputError(f"the name {name[:40]!r} must be 1 to 100 letters, digits, spaces or . _ + -")
+    check_name(name)
+    for key, value in (("mass", mass), ("friction", friction)):
+        if value is not None and not (np.isfinite(value) and value > 0):
+            raise InputError(f"'{key}' must be a positive number; found {value}")
     cloud = clouds.floats(points, "points", (None, 3))
     cameras = clouds.Cameras.of(len(cloud), view, view_names, camera_positions)
     options = (cameras.names, table_height, scale, views, settings)
@@ -182,8 +191,16 @@ def observe(
         camera_positions=None if cameras.positions is None else _frozen(cameras.positions[kept] * scale),
         mesh_vertices=None if mesh is None else _frozen(mesh[0] * scale),
         mesh_faces=None if mesh is None else _frozen(mesh[1]),
+        mass=mass,
+        friction=friction,
         notes=tuple(clean.notes),
     )
+
+
+def check_name(name: str) -> None:
+    """Raise `InputError` for a name that cannot become a folder under results/."""
+    if not NAME_PATTERN.fullmatch(name):
+        raise InputError(f"the name {name[:40]!r} must be 1 to 100 letters, digits, spaces or . _ + -")
 
 
 class _Cleaning:

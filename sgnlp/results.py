@@ -40,9 +40,7 @@ def save(grasps: Grasps, summary: dict[str, Any], folder: Path) -> None:
     """
     arrays = {f.name: getattr(grasps, f.name) for f in fields(Grasps) if f.name != "meta"}
     arrays["meta"] = np.array(json.dumps(grasps.meta, sort_keys=True))
-    archive = io.BytesIO()  # never closed by an interrupt while the archive is open, unlike a file
-    np.savez_compressed(archive, **arrays)
-    _replace(folder / GRASPS, archive.getvalue())
+    write_arrays(folder / GRASPS, arrays)
     write_text(folder / SUMMARY, json_text(summary))
 
 
@@ -72,6 +70,13 @@ def load_grasps(path: str | Path) -> Grasps:
 def json_text(value: Any) -> str:
     """Indented JSON. It has no NaN and no infinities: they become null."""
     return json.dumps(_finite(value), indent=2, allow_nan=False) + "\n"
+
+
+def write_arrays(file: Path, arrays: dict[str, Any]) -> None:
+    """Write an npz whole or not at all; the same arrays give the same bytes."""
+    archive = io.BytesIO()  # never closed by an interrupt while the archive is open, unlike a file
+    np.savez_compressed(archive, **arrays)
+    _replace(file, archive.getvalue())
 
 
 def write_text(file: Path, text: str) -> None:

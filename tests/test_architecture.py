@@ -11,6 +11,7 @@ PACKAGE = Path(__file__).parents[1] / "sgnlp"
 STAGES = (
     "errors checked settings toolchain",
     "clouds sampling observation",
+    "meshes cameras scenes settling",
     "kernels training gpis",
     "nodes hand kinematics",
     "equilibrium grasp ops energies constraints",

@@ -318,11 +318,11 @@ def test_every_section_is_measured_unless_some_are_named(cloud, quick, capfd):
 
 def test_the_problems_are_measured_where_no_cloud_is_named(cloud, quick):
     Path("problems").mkdir()
-    for name in ("b", "a"):
+    for name in ("b_0", "a_1", "a_0"):
         (Path("problems") / f"{name}.npz").write_bytes(cloud.read_bytes())
     assert benchmark("--sections", "oracle") == 0
     made = json.loads(Path("results/benchmark/made.json").read_text())
-    assert list(made["inputs"]) == ["a", "b"]
+    assert list(made["inputs"]) == ["a_0", "b_0"]
 
 
 def test_beside_the_rows_stand_command_settings_versions_and_machine(cloud, quick):

@@ -27,7 +27,7 @@ from sgnlp.observation import ObservationSettings
 from sgnlp.pool import solve_start
 from sgnlp.settings import PRESETS, ROBUST, Settings
 
-BALL = Path(__file__).parents[1] / "problems" / "ball.npz"
+ORANGE = Path(__file__).parents[1] / "problems" / "orange_0.npz"
 SMALL_FLAGS = ["--gpis.surface-points", "60", "--gpis.interior-points", "15"]
 NAN = float("nan")
 
@@ -73,18 +73,18 @@ def same(a: Grasps, b: Grasps) -> bool:
 
 
 def test_solve_from_a_shell_writes_the_result_and_shows_it(workplace):
-    done = subprocess.run([*COMMAND, "solve", BALL, "--starts", "2"], capture_output=True, text=True)
+    done = subprocess.run([*COMMAND, "solve", ORANGE, "--starts", "2"], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (codes.FEASIBLE, "")
-    assert tree() == {"results", "results/ball", "results/ball/grasps.npz", "results/ball/summary.json"}
-    grasps = load_grasps("results/ball")
-    summary = json.loads(Path("results/ball/summary.json").read_text())
+    assert tree() == {"results", "results/orange_0", "results/orange_0/grasps.npz", "results/orange_0/summary.json"}
+    grasps = load_grasps("results/orange_0")
+    summary = json.loads(Path("results/orange_0/summary.json").read_text())
     assert len(grasps) == summary["starts"] == 2
     assert summary["best"]["energy"] == grasps.energy[0]
     for text in ("Starts, best first", "gain [N/m]", "exact energy", "margin at equilibrium", "outliers"):
         assert text in done.stdout
     last = done.stdout.splitlines()[-2:]
-    assert last[0].startswith(f"ball: {summary['feasible']} of 2 starts feasible in ")
-    assert last[1] == "written: results/ball/grasps.npz, results/ball/summary.json"
+    assert last[0].startswith(f"orange_0: {summary['feasible']} of 2 starts feasible in ")
+    assert last[1] == "written: results/orange_0/grasps.npz, results/orange_0/summary.json"
 
 
 def test_json_is_all_that_is_printed_where_it_is_asked_for(cloud, capfd):
@@ -138,8 +138,8 @@ def test_the_same_seed_gives_the_same_result_bit_for_bit_whatever_the_jobs(cloud
 
 
 def test_the_views_that_are_named_are_used(capfd):
-    solve(BALL, "--views", 0, 2, "--quiet", "--starts", 1, "--solver.max-iterations", 1, *SMALL_FLAGS)
-    notes = json.loads(Path("results/ball/summary.json").read_text())["notes"]
+    solve(ORANGE, "--views", 0, 2, "--quiet", "--starts", 1, "--solver.max-iterations", 1, *SMALL_FLAGS)
+    notes = json.loads(Path("results/orange_0/summary.json").read_text())["notes"]
     assert any("belong to views that were not chosen" in note for note in notes)
     assert capfd.readouterr() == ("", "")
 

@@ -101,7 +101,7 @@ def test_the_command_is_an_entry_point():
 
 
 def test_neither_the_package_nor_the_command_needs_open3d():
-    done = python("import sys; sys.modules['open3d'] = None; import sgnlp, sgnlp.cli; sgnlp.load('problems/mug.npz')")
+    done = python("import sys; sys.modules['open3d'] = None; import sgnlp, sgnlp.cli; sgnlp.load('problems/mug_0.npz')")
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 

@@ -1,165 +1,233 @@
-"""The problem files, and the bodies and cameras that they are made with."""
+"""The problem set: fourteen bodies, five resting poses of each, and the files that the cameras make of them."""
 
 import sys
+from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+from sgnlp.meshes import Mesh
 from sgnlp.observation import load
+from sgnlp.settling import DROP, settled
 
 PROBLEMS = Path(__file__).parents[1] / "problems"
 sys.path.insert(0, str(PROBLEMS))
 
 import bodies  # noqa: E402
-import cameras  # noqa: E402
 import make  # noqa: E402
 
-NAMES = sorted(make.CATALOGUE)
-MAX_GRASP = 0.09  # [m] an Allegro hand closes on no more
+POSES = make.read_poses(PROBLEMS / make.POSES)
+MESHES = {name: body.make() for name, body in make.OBJECTS.items()}
+FILES = [f"{name}_{number}" for name in MESHES for number in range(make.COUNT)]
+YCB = {  # [mm] sides of the box around the upright object, from the table of the set's paper
+    "can": (66, 66, 101),
+    "cracker": (158, 60, 210),
+    "mustard": (95, 58, 190),
+    "orange": (73, 73),
+    "pear": (66.2, 66.2, 100),
+    "spam": (97, 50, 82),
+}
 
 
-def signed_distance(mesh: bodies.Mesh, points: np.ndarray) -> np.ndarray:
+def signed_distance(mesh: Mesh, points: np.ndarray) -> np.ndarray:
     """Distances (n,) [m] of points to a mesh, negative inside."""
     import open3d as o3d
 
     tensor = o3d.core.Tensor.from_numpy
-    scene = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(tensor(mesh.vertices.astype(np.float32)), tensor(mesh.faces.astype(np.uint32)))
-    return scene.compute_signed_distance(tensor(points.astype(np.float32))).numpy()
+    surface = o3d.t.geometry.RaycastingScene()
+    surface.add_triangles(tensor(mesh.vertices.astype(np.float32)), tensor(mesh.faces.astype(np.uint32)))
+    return surface.compute_signed_distance(tensor(points.astype(np.float32))).numpy()
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_a_body_is_watertight_turned_outwards_and_stands_on_the_table(name):
+# Bodies ---------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_a_body_is_watertight_and_turned_outwards(name):
     trimesh = pytest.importorskip("trimesh")
-    mesh = make.CATALOGUE[name]()
+    mesh = MESHES[name]
     solid = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
     assert solid.is_watertight
     assert solid.is_winding_consistent
-    assert solid.volume > 0
+    assert solid.volume == pytest.approx(mesh.volume)
+    assert mesh.volume > 0
+    assert mesh.open_edges == 0
     assert solid.body_count == 1
     assert solid.euler_number == (0 if name == "mug" else 2)  # a handle makes a torus of the mug
     assert len(np.unique(mesh.faces)) == len(mesh.vertices)
-    assert solid.bounds[0, 2] == pytest.approx(0, abs=1e-12)
-    assert solid.bounds[:, :2].sum(axis=0) == pytest.approx(0, abs=1e-12)
+    assert len(mesh.vertices) < 2500
+
+
+@pytest.mark.parametrize("name", YCB)
+def test_a_body_of_the_ycb_set_has_its_size(name):
+    size = 1e3 * np.ptp(MESHES[name].vertices, axis=0)
+    known = sorted(YCB[name], reverse=True)
+    np.testing.assert_allclose(np.sort(size)[::-1][: len(known)], known, rtol=0.06)
+
+
+def test_the_banana_has_the_length_of_the_ycb_set_along_its_arc_and_its_thickness():
+    chord, bend = 0.178, 0.16
+    assert 2 * bend * np.arcsin(chord / 2 / bend) == pytest.approx(0.19, abs=0.002)
+    length, _, thickness = np.ptp(MESHES["banana"].vertices, axis=0)
+    assert length == pytest.approx(chord, abs=0.004)
+    assert thickness == pytest.approx(0.036, abs=0.001)
+
+
+def test_the_mug_has_the_cup_of_the_ycb_set_and_its_handle():
+    assert 1e3 * np.ptp(MESHES["mug"].vertices, axis=0) == pytest.approx([117, 80, 82], abs=2)
 
 
 def test_the_bodies_have_the_volumes_of_their_formulas():
-    trimesh = pytest.importorskip("trimesh")
-
-    def volume(mesh):
-        return trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).volume
-
-    assert volume(bodies.box(0.1, 0.06, 0.13)) == pytest.approx(0.1 * 0.06 * 0.13)
-    assert volume(bodies.pyramid(0.08, 0.06)) == pytest.approx(0.08**2 * 0.06 / 3)
-    assert volume(bodies.ball(0.04)) == pytest.approx(4 / 3 * np.pi * 0.04**3, rel=0.01)
-    assert volume(bodies.can(0.03, 0.1, 1e-9)) == pytest.approx(np.pi * 0.03**2 * 0.1, rel=0.01)
+    assert bodies.box(0.1, 0.06, 0.13).volume == pytest.approx(0.1 * 0.06 * 0.13)
+    assert bodies.pyramid(0.08, 0.06).volume == pytest.approx(0.08**2 * 0.06 / 3)
+    assert bodies.orange(0.08, 0.08, 0.0).volume == pytest.approx(4 / 3 * np.pi * 0.04**3, rel=0.01)
+    assert bodies.can(0.03, 0.1, 1e-6).volume == pytest.approx(np.pi * 0.03**2 * 0.1, rel=0.01)
     rounded = bodies.box(0.1, 0.06, 0.08, corner=0.02, edge=1e-9)
-    assert volume(rounded) == pytest.approx((0.1 * 0.06 - (4 - np.pi) * 0.02**2) * 0.08, rel=0.01)
+    assert rounded.volume == pytest.approx((0.1 * 0.06 - (4 - np.pi) * 0.02**2) * 0.08, rel=0.01)
     shell = np.pi * (0.04**2 * 0.09 - 0.036**2 * 0.086)
-    assert shell < volume(bodies.mug(0.04, 0.09, 0.004, 0.03)) < 1.2 * shell
+    assert shell < bodies.mug(0.04, 0.09, 0.004, 0.03).volume < 1.2 * shell
+    studs = 6 * np.pi * 0.0047**2 * 0.0045
+    assert bodies.lego((3, 2), 0.016, 0.02, 0.0047, 0.0045).volume == pytest.approx(
+        0.048 * 0.032 * 0.02 + studs, rel=0.01
+    )
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_a_body_is_of_the_size_of_a_hand(name):
-    vertices = make.CATALOGUE[name]().vertices
-    turned = [np.ptp(vertices[:, :2] @ [np.cos(a), np.sin(a)]) for a in np.linspace(0, np.pi, 180)]
-    assert min(*turned, np.ptp(vertices[:, 2])) < MAX_GRASP
-    assert 0.05 < max(*turned, np.ptp(vertices[:, 2])) < 0.2
+@pytest.mark.parametrize("name", MESHES)
+def test_the_surface_of_a_body_does_not_cross_itself(name):
+    o3d = pytest.importorskip("open3d")
+    vertices, faces = MESHES[name].vertices, MESHES[name].faces.astype(np.int32)
+    skin = o3d.geometry.TriangleMesh(o3d.utility.Vector3dVector(vertices), o3d.utility.Vector3iVector(faces))
+    assert not skin.is_self_intersecting()
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_a_committed_file_loads_and_lies_on_its_mesh_within_the_noise(name):
-    file = PROBLEMS / f"{name}.npz"
-    observation = load(file)
-    assert observation.name == name
+# Poses ----------------------------------------------------------------------------------------------------------------
+
+
+def test_every_object_has_five_poses_and_no_two_are_alike():
+    assert list(POSES) == list(MESHES)
+    for poses in POSES.values():
+        assert len(poses) == make.COUNT
+        assert min(one.turn_deg(other) for one, other in combinations(poses, 2)) > make.DISTINCT_DEG
+        assert len({pose.position for pose in poses}) == make.COUNT
+        assert np.abs([pose.position for pose in poses]).max() <= make.SPREAD
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_a_pose_is_a_rest(name):
+    pytest.importorskip("mujoco")
+    for pose in POSES[name]:
+        before = make.placed(MESHES[name], pose)
+        quaternion = settled(MESHES[name], pose.quaternion, replace(DROP, height=1e-4))
+        turn = Rotation.from_quat(quaternion) * Rotation.from_quat(pose.quaternion).inv()
+        assert np.rad2deg(turn.magnitude()) < 1
+        after = MESHES[name].turned(quaternion).standing(pose.position)
+        assert np.linalg.norm(after.vertices - before.vertices, axis=1).max() < 1e-3
+        assert make.narrowest(before) <= make.MAX_WIDTH
+
+
+def test_the_poses_are_found_again():
+    pytest.importorskip("mujoco")
+    name = "pyramid"
+    found = make.found(name, seed=0)
+    assert len(found) == make.COUNT
+    heights = [[make.placed(MESHES[name], pose).centroid[2] for pose in poses] for poses in (found, POSES[name])]
+    np.testing.assert_allclose(*heights, atol=make.SAME_REST)
+
+
+def test_the_halves_are_equal_and_hold_the_frequent_kinds_of_rest():
+    halves = {name: [make.half(name, number) for number in range(make.COUNT)] for name in MESHES}
+    assert sum(parts.count("choosing") for parts in halves.values()) == len(FILES) // 2
+    for parts in halves.values():
+        assert {parts[0], parts[1]} == set(make.HALVES)  # the first of the two most frequent kinds
+        assert {parts[0], parts[2]} == set(make.HALVES)  # both of the most frequent where there are but two
+
+
+# Files ----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_a_committed_file_is_complete_and_stands_on_the_table(file):
+    name, number = file.rsplit("_", 1)
+    with np.load(PROBLEMS / f"{file}.npz", allow_pickle=False) as arrays:
+        points, vertices = arrays["points"], arrays["mesh_vertices"]
+        assert points.dtype == np.float32
+        assert points[:, 2].min() > 0.0029
+        assert np.bincount(arrays["view"]).tolist() == [4000] * 3
+        assert arrays["camera_positions"].shape == (3, 3)
+        assert str(arrays["name"]) == file
+        assert str(arrays["half"]) == make.half(name, int(number))
+        assert arrays["mass"] == make.OBJECTS[name].mass
+        assert arrays["friction"] == make.FRICTION
+        assert vertices[:, 2].min() == 0
+        placed = make.placed(MESHES[name], POSES[name][int(number)])
+        np.testing.assert_allclose(vertices, placed.vertices, atol=1e-6)
+        np.testing.assert_array_equal(arrays["mesh_faces"], placed.faces)
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_a_file_loads_and_lies_on_its_mesh_within_the_noise(name):
+    number = list(MESHES).index(name) % make.COUNT
+    observation = load(PROBLEMS / f"{name}_{number}.npz")
     assert observation.view_names == ("0", "1", "2")
-    assert observation.table_height == 0
-    assert observation.camera_positions.shape == (3, 3)
-    np.testing.assert_allclose(observation.mesh_vertices, make.CATALOGUE[name]().vertices, atol=1e-7)
-    assert observation.points[:, 2].min() >= make.CROP - make.RESOLUTION
-    with np.load(file, allow_pickle=False) as arrays:
-        assert np.bincount(arrays["view"]).tolist() == [make.POINTS_PER_VIEW] * 3
-    mesh = bodies.Mesh(observation.mesh_vertices, observation.mesh_faces)
-    distance = signed_distance(mesh, observation.points)
+    assert (observation.table_height, observation.mass) == (0, make.OBJECTS[name].mass)
+    assert not [note for note in observation.notes if "unknown keys" in note]
+    distance = signed_distance(Mesh(observation.mesh_vertices, observation.mesh_faces), observation.points)
     for view in range(3):
         seen = distance[observation.view == view]
-        assert abs(np.median(seen)) < make.SHIFT[1]
-        assert 3e-4 < np.std(seen) < 2e-3
-    assert np.abs(distance).max() < 0.01
+        assert len(seen) > 3500
+        assert abs(np.median(seen)) < 0.002
+        assert 3e-4 < np.std(seen) < 3e-3
+    assert np.mean(np.abs(distance) > 0.005) < 0.01  # what flies and is no outlier
 
 
-def test_the_files_are_small_and_listed_in_the_readme():
-    files = sorted(PROBLEMS.glob("*.npz"))
-    assert [file.stem for file in files] == NAMES
-    assert sum(file.stat().st_size for file in files) < 3e6
-    readme = (PROBLEMS / "README.md").read_text()
-    for file in files:
-        size = " x ".join(f"{s:.0f}" for s in 1e3 * np.ptp(make.CATALOGUE[file.stem]().vertices, axis=0))
-        row = next(line for line in readme.splitlines() if f"`{file.name}`" in line)
-        assert size in row
+def test_the_axial_noise_is_a_millimetre_on_the_average():
+    from sgnlp.cameras import DepthCamera, image, looking_at
+
+    camera, deviations = DepthCamera(), []
+    for file in ("mug_1", "cracker_0", "banana_2", "orange_3"):
+        observation = load(PROBLEMS / f"{file}.npz")
+        mesh = Mesh(observation.mesh_vertices, observation.mesh_faces)
+        target = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
+        for position in observation.camera_positions:
+            seen = image(mesh, position, camera.rays() @ looking_at(position, target).T)
+            measured = camera.measured(seen.depth, seen.cosine, np.random.default_rng(0))
+            deviations.append(np.nanstd((measured - seen.depth)[seen.body]))
+    assert np.mean(deviations) == pytest.approx(1.1e-3, abs=2e-4)
+
+
+@pytest.mark.parametrize("file", ["pyramid_0", "mug_1"])
+def test_a_file_is_made_again_bit_for_bit(file, tmp_path, monkeypatch):
+    name, number = file.split("_")
+    arrays = make.problem(name, int(number), POSES[name][int(number)], seed=0)
+    with np.load(PROBLEMS / f"{file}.npz", allow_pickle=False) as kept:
+        assert list(arrays) == kept.files
+        for key in kept.files:
+            assert arrays[key].tobytes() == kept[key].tobytes(), key
 
 
 def test_the_same_seed_gives_the_same_bytes_and_another_seed_does_not(tmp_path, monkeypatch):
     written = []
     for run, seed in enumerate(["3", "3", "4"]):
         out = tmp_path / str(run)
-        out.mkdir()
         monkeypatch.setattr("time.time", lambda run=run: 1e9 + 1e6 * run)  # zip entries may hold no clock time
         monkeypatch.setattr(sys, "argv", ["make.py", "pyramid", "--seed", seed, "--out", str(out)])
         make.main()
-        written.append((out / "pyramid.npz").read_bytes())
+        written.append((out / "pyramid_2.npz").read_bytes())
     assert written[0] == written[1]
     assert written[0] != written[2]
 
 
-def test_each_camera_sees_only_its_side():
-    arrays = make.problem("ball", seed=0)
-    centre = np.array([0, 0, 0.0365])
-    for view, position in enumerate(arrays["camera_positions"]):
-        towards = (position - centre) / np.linalg.norm(position - centre)
-        assert ((arrays["points"][arrays["view"] == view] - centre) @ towards).min() > -0.005
-
-
-def test_the_cameras_stand_in_a_ring_and_look_at_the_target():
-    target = np.array([0.1, -0.2, 0.05])
-    positions = cameras.ring(3, 0.55, 45, -10, target)
-    np.testing.assert_allclose(np.linalg.norm(positions - target, axis=1), 0.55)
-    np.testing.assert_allclose(positions[:, 2] - target[2], 0.55 * np.sqrt(0.5))
-    np.testing.assert_allclose(positions.mean(axis=0)[:2], target[:2])
-    for position in positions:
-        rotation = cameras.looking_at(position, target)
-        np.testing.assert_allclose(rotation.T @ rotation, np.eye(3), atol=1e-12)
-        assert np.linalg.det(rotation) == pytest.approx(1)
-        np.testing.assert_allclose(rotation.T @ (target - position), [0, 0, 0.55], atol=1e-12)
-        assert rotation[2, 1] < 0  # the image's y points down
-
-
-def test_the_depth_noise_follows_its_formula():
-    camera = cameras.DepthCamera()
-    rng = np.random.default_rng(0)
-    assert camera.rays().shape == (480, 640, 3)
-    corner = np.degrees(np.arctan(np.abs(camera.rays()).max(axis=(0, 1))))
-    assert corner[:2] == pytest.approx([25, 19.3], abs=0.1)
-    for depth, cosine in [(0.55, 1.0), (1.1, 1.0), (0.55, 0.5)]:
-        true = np.full((480, 640), depth)
-        measured = camera.measured(true, np.full_like(true, cosine), rng)
-        valid = np.isfinite(measured)
-        assert valid.mean() == pytest.approx(1 - camera.dropout_share, abs=0.01)
-        expected = depth**2 * 0.08 / (camera.focal_length * 0.055) / cosine
-        assert np.std(measured[valid]) == pytest.approx(expected, rel=0.02)
-        assert np.mean(measured[valid]) == pytest.approx(depth, abs=1e-5)
-        steps = measured[valid] / camera.depth_unit
-        np.testing.assert_allclose(steps, np.round(steps), atol=1e-6)
-    assert np.isnan(camera.measured(true, np.full_like(true, 0.1), rng)).all()
-
-
-def test_a_miscalibration_is_rigid_and_as_large_as_asked_for():
-    rng = np.random.default_rng(0)
-    points = rng.uniform(-0.05, 0.05, (50, 3))
-    for _ in range(20):
-        moved = cameras.miscalibrated(points, (0.001, 0.002), 0.2, np.zeros(3), rng)
-        before, after = (np.linalg.norm(p[:, None] - p, axis=-1) for p in (points, moved))
-        np.testing.assert_allclose(after, before, atol=2e-6)
-        shift = np.linalg.norm(cameras.miscalibrated(np.zeros((1, 3)), (0.001, 0.002), 0.2, np.zeros(3), rng))
-        assert 0.001 <= shift <= 0.002
+def test_the_files_are_small_and_the_readme_tells_what_they_are():
+    files = sorted(PROBLEMS.glob("*.npz"))
+    assert [file.stem for file in files] == FILES
+    assert sum(file.stat().st_size for file in files) < 15e6
+    readme = (PROBLEMS / "README.md").read_text().splitlines()
+    for name, body in make.OBJECTS.items():
+        size = " x ".join(f"{1e3 * side:.0f}" for side in np.ptp(MESHES[name].vertices, axis=0))
+        heights = [1e3 * np.ptp(make.placed(MESHES[name], pose).vertices[:, 2]) for pose in POSES[name]]
+        chosen = [str(k) for k in range(make.COUNT) if make.half(name, k) == "choosing"]
+        cells = [f"`{name}`", size, f"{1e3 * body.mass:.0f}", ", ".join(f"{h:.0f}" for h in heights), ", ".join(chosen)]
+        assert f"| {' | '.join(cells)} |" in readme

@@ -28,7 +28,7 @@ class Benchmark(Starting):
     valid: ClassVar[dict[str, Interval]] = Starting.valid | {"repeats": POSITIVE}
 
     files: tyro.conf.Positional[tuple[Path, ...]] = ()
-    """the clouds; problems/*.npz if none is named"""
+    """the clouds; problems/*_0.npz if none is named"""
     sections: tuple[Section, ...] = get_args(Section)
     """what to measure; everything takes a quarter of an hour or more"""
     repeats: int = 5
@@ -40,7 +40,7 @@ class Benchmark(Starting):
 
     def run(self, console: Console) -> int:
         """Measure section by section, each row written as it comes, then the tables."""
-        files = self.files or tuple(sorted(PROBLEMS.glob("*.npz")))
+        files = self.files or tuple(sorted(PROBLEMS.glob("*_0.npz")))
         if not files:
             raise InputError(f"no cloud is named, and there is none in '{PROBLEMS}'")
         numbers = {"starts": self.starts, "seed": self.seed, "jobs": self.jobs, "repeats": self.repeats}

@@ -1,0 +1,62 @@
+"""Triangle meshes of solid bodies: where they lie, whether they are closed, what they enclose."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A triangle mesh; faces turn counter-clockwise seen from outside."""
+
+    vertices: FloatArray  # (U, 3) [m]
+    faces: IntArray  # (F, 3)
+
+    @property
+    def open_edges(self) -> int:
+        """Number of edges that do not join exactly two faces of the same orientation; 0 if watertight."""
+        first = self.faces.ravel()
+        second = np.roll(self.faces, -1, axis=1).ravel()
+        ways, count = np.unique(np.stack([first, second]), axis=1, return_counts=True)
+        there, back = (low * len(self.vertices) + high for low, high in (ways, ways[::-1]))
+        return int(np.sum((count > 1) | ~np.isin(there, back)))
+
+    @property
+    def volume(self) -> float:
+        """Enclosed volume [m³] by the divergence theorem, Σ a·(b × c)/6; negative if the mesh is inside out."""
+        return float(self._tetrahedra.sum())
+
+    @property
+    def centroid(self) -> FloatArray:
+        """Centre (3,) [m] of the enclosed volume: the centre of mass of a uniform body."""
+        corners = self.vertices[self.faces].sum(axis=1) / 4  # (F, 3) centroids of the tetrahedra with the origin
+        return self._tetrahedra @ corners / self.volume
+
+    @property
+    def _tetrahedra(self) -> FloatArray:
+        """Signed volumes (F,) [m³] of the tetrahedra between the faces and the origin."""
+        a, b, c = np.moveaxis(self.vertices[self.faces], 1, 0)
+        return np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
+
+    def welded(self) -> "Mesh":
+        """The mesh with equal vertices made one, without faces that lose a corner by it and vertices of no face."""
+        merged, index = np.unique(self.vertices, axis=0, return_inverse=True)
+        faces = index.reshape(-1)[self.faces]
+        faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
+        used, faces = np.unique(faces, return_inverse=True)
+        return Mesh(merged[used], faces.reshape(-1, 3))
+
+    def turned(self, quaternion: ArrayLike) -> "Mesh":
+        """The body turned about the origin by a quaternion (4,), xyzw."""
+        return Mesh(Rotation.from_quat(np.asarray(quaternion, np.float64)).apply(self.vertices), self.faces)
+
+    def standing(self, position: ArrayLike = (0.0, 0.0)) -> "Mesh":
+        """The body moved so that its lowest point is at z = 0, the centre of its box above `position` (2,) [m]."""
+        low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
+        place = np.asarray(position) - (low + high)[:2] / 2
+        return Mesh(self.vertices + np.r_[place, -low[2]], self.faces)

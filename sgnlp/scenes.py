@@ -1,0 +1,152 @@
+"""A body on a table seen by simulated depth cameras: the arrays of a problem file, made from a mesh."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sgnlp import clouds
+from sgnlp.cameras import DepthCamera, miscalibrated, view
+from sgnlp.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
+from sgnlp.errors import InputError
+from sgnlp.meshes import FloatArray, Mesh
+
+VIEWS = 3
+POINT_RESOLUTION = 1e-5
+"""[m] Of the stored points."""
+MESH_RESOLUTION = 1e-6
+"""[m] Of the stored mesh: coarser than the last bits, in which machines differ."""
+MIN_SIZE = 0.01
+"""[m] Shortest longest side of a body: as of a cloud that can be planned for."""
+MIN_FLATNESS = 1e-3
+"""Least ratio of the third to the first singular value of the vertices: as of a cloud."""
+
+
+@dataclass(frozen=True)
+class Ring(Checked):
+    """How the cameras stand around the table, evenly spaced, and what becomes of their clouds."""
+
+    section: ClassVar[str] = "ring"
+    valid: ClassVar[dict[str, Interval]] = {
+        **dict.fromkeys(("distance_min", "distance_max"), POSITIVE),
+        **dict.fromkeys(("elevation_min_deg", "elevation_max_deg"), (1.0, 89.0)),
+        **dict.fromkeys(("shift_min", "shift_max", "turn_deg", "crop"), NOT_NEGATIVE),
+        "points": (1, POSITIVE[1]),
+    }
+
+    distance_min: float = 0.5
+    """[m] from the middle of the body; each camera's distance is drawn from here"""
+    distance_max: float = 0.6
+    """[m] to here"""
+    elevation_min_deg: float = 40.0
+    """above the horizon, drawn likewise"""
+    elevation_max_deg: float = 50.0
+    """its upper end"""
+    azimuth_deg: float = -10.0
+    """of the first camera, from the x axis"""
+    shift_min: float = 0.001
+    """[m] the calibration of each camera is off by at least this; between two, the errors add up"""
+    shift_max: float = 0.002
+    """[m] and at most this"""
+    turn_deg: float = 0.2
+    """and turned by this"""
+    crop: float = 0.003
+    """[m] measured points lower than this go with the table"""
+    points: int = 4000
+    """most points of a view, drawn at random"""
+
+    def __post_init__(self) -> None:
+        """Also that no lower limit is above its upper one."""
+        super().__post_init__()
+        self._ordered("distance_min", "distance_max")
+        self._ordered("elevation_min_deg", "elevation_max_deg")
+        self._ordered("shift_min", "shift_max")
+
+    def positions(self, count: int, target: FloatArray, rng: np.random.Generator) -> FloatArray:
+        """Positions (count, 3) [m] around and above a target (3,)."""
+        azimuth = np.deg2rad(self.azimuth_deg) + 2 * np.pi * np.arange(count) / count
+        distance = rng.uniform(self.distance_min, self.distance_max, (count, 1))
+        elevation = np.deg2rad(rng.uniform(self.elevation_min_deg, self.elevation_max_deg, count))
+        flat = np.cos(elevation)
+        return target + distance * np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), np.sin(elevation)], axis=1)
+
+
+RING, CAMERA = Ring(), DepthCamera()
+
+
+def body(vertices: ArrayLike, faces: ArrayLike, scale: float = 1.0) -> tuple[Mesh, list[str]]:
+    """The mesh of vertices (U, 3) times `scale` [m] and faces (F, 3) as a body, and a note on all that was assumed.
+
+    Equal vertices are made one, and a closed mesh is turned right side out. Raises `InputError` for what is no
+    triangle mesh with some extent in all directions.
+    """
+    checked = clouds.mesh(vertices, faces)
+    assert checked is not None
+    notes = [] if scale == 1.0 else [f"Multiplied all coordinates by {scale:g}."]
+    mesh = Mesh(checked[0] * scale, checked[1]).welded()
+    if len(mesh.faces) == 0:
+        raise InputError("has no triangle with three different corners")
+    spread = np.linalg.svd(mesh.vertices - mesh.vertices.mean(axis=0), compute_uv=False)  # (3,) descending
+    if spread[2] < MIN_FLATNESS * spread[0]:
+        raise InputError("is flat; a body has some extent in all directions")
+    if mesh.open_edges:
+        seen = "its faces are seen from both sides, and its volume is taken to be that of its convex hull"
+        notes.append(f"The mesh is not watertight, {mesh.open_edges} of its edges do not join two faces: {seen}.")
+    elif mesh.volume < 0:
+        mesh = Mesh(mesh.vertices, mesh.faces[:, ::-1])
+        notes.append("The faces turned inwards; they were turned over.")
+    return mesh, notes
+
+
+def scene(
+    mesh: Mesh,
+    name: str,
+    rng: np.random.Generator,
+    *,
+    mass: float,
+    friction: float,
+    views: int = VIEWS,
+    ring: Ring = RING,
+    camera: DepthCamera = CAMERA,
+) -> dict[str, Any]:
+    """The arrays of the problem file of a body that stands on the table z = 0, as `sgnlp.load` reads them.
+
+    Raises `InputError` if the body does not fit into the images, or a camera sees nothing of it.
+    """
+    mesh = Mesh(np.round(mesh.vertices / MESH_RESOLUTION) * MESH_RESOLUTION, mesh.faces)
+    _check_size(mesh, ring, camera)
+    target = (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)) / 2
+    positions = ring.positions(views, target, rng)
+    seen = []
+    for number, position in enumerate(positions):
+        cloud = view(mesh, camera, position, target, rng)
+        cloud = miscalibrated(cloud, (ring.shift_min, ring.shift_max), ring.turn_deg, target, rng)
+        cloud = cloud[cloud[:, 2] > ring.crop]
+        if len(cloud) == 0:
+            raise InputError(f"camera {number} measures nothing of the body above the table")
+        seen.append(cloud[np.sort(rng.permutation(len(cloud))[: ring.points])])
+    points = np.round(np.concatenate(seen) / POINT_RESOLUTION) * POINT_RESOLUTION
+    return {
+        "points": points.astype(np.float32),
+        "view": np.repeat(np.arange(views, dtype=np.min_scalar_type(-views)), [len(cloud) for cloud in seen]),
+        "camera_positions": positions,
+        "table_height": np.array(0.0),
+        "name": np.array(name),
+        "mass": np.array(mass),
+        "friction": np.array(friction),
+        "mesh_vertices": mesh.vertices.astype(np.float32),
+        "mesh_faces": mesh.faces.astype(np.int32),
+    }
+
+
+def _check_size(mesh: Mesh, ring: Ring, camera: DepthCamera) -> None:
+    """Refuse a body whose bounding sphere is not within the nearest camera's image, or that is no hand's size."""
+    sides = np.ptp(mesh.vertices, axis=0)
+    widest = 2 * ring.distance_min * float(np.sin(camera.half_angle))
+    if np.linalg.norm(sides) > widest:
+        found = f"{np.linalg.norm(sides):.4g} m from corner to corner, and the images hold {widest:.2g} m"
+        raise InputError(f"the body is {found}; is it in mm (--scale 0.001)?")
+    if sides.max() < MIN_SIZE:
+        hint = "is its unit the metre? (--scale multiplies all coordinates)"
+        raise InputError(f"the body is {sides.max():.4g} m wide, less than {MIN_SIZE:g} m; {hint}")
