@@ -1,8 +1,6 @@
 """Reading a point cloud from a file: npz (one array, or one per camera), or .ply .pcd .xyz through Open3D."""
 
 import re
-import subprocess
-import sys
 import warnings
 import zipfile
 from collections.abc import Sequence
@@ -12,32 +10,20 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp import open3d_files
 from sgnlp.errors import InputError, unknown
+from sgnlp.open3d_files import CLOUD_SUFFIXES
 
-OPEN3D_SUFFIXES = (".ply", ".pcd", ".xyz")
 PER_CAMERA = "points_"  # prefix of the keys of a file with one array per camera
 NUMBERS = ("table_height", "mass", "friction")  # keys of single numbers
 OPTIONAL_KEYS = ("view", "camera_positions", "name", "mesh_vertices", "mesh_faces", *NUMBERS)
 UNUSED_KEYS = ("half",)  # of the problem set: which half of it a file belongs to
 EXPECTED = (
     "an npz with 'points' (N, 3) in metres or one array 'points_<camera>' per camera, "
-    f"or a file ending in {' '.join(OPEN3D_SUFFIXES)}"
+    f"or a file ending in {' '.join(CLOUD_SUFFIXES)}"
 )
+NAME_PATTERN = re.compile(r"\w[\w .+-]{0,99}")
 ZIP_HEADS = (b"PK\x03\x04", b"PK\x05\x06")  # of an archive with files, and of an empty one
-OPEN3D_TIMEOUT = 120  # [s]
-NO_OPEN3D = 70  # exit code of the child that cannot import it
-OPEN3D_READER = f"""
-import os, sys
-answer = os.fdopen(os.dup(1), "wb")
-os.dup2(2, 1)  # what the library prints goes to stderr
-try:
-    import numpy, open3d
-except (ImportError, OSError) as error:
-    print(error, file=sys.stderr)
-    sys.exit({NO_OPEN3D})
-with answer:
-    answer.write(numpy.asarray(open3d.io.read_point_cloud(sys.argv[1]).points).tobytes())
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,8 +57,8 @@ def read(path: str | Path) -> RawCloud:
             raise InputError("there is no such file")
         if not path.is_file():
             raise InputError(f"is not a regular file; give {EXPECTED}")
-        if path.suffix.lower() in OPEN3D_SUFFIXES:
-            return RawCloud(points=_open3d_points(path), name=path.stem)
+        if path.suffix.lower() in CLOUD_SUFFIXES:
+            return RawCloud(points=open3d_files.points(path), name=path.stem)
         return _from_arrays(_npz_arrays(path), path.stem)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror or error}") from error
@@ -124,6 +110,19 @@ class Cameras:
         if not asked:
             raise InputError(f"no view is chosen; valid: {', '.join(self.names)}")
         return np.unique([places[view] for view in asked])
+
+
+def check_name(name: str) -> None:
+    """Raise `InputError` for a name that cannot become a folder under results/."""
+    if not NAME_PATTERN.fullmatch(name):
+        raise InputError(f"the name {name[:40]!r} must be 1 to 100 letters, digits, spaces or . _ + -")
+
+
+def check_truth(**values: float | None) -> None:
+    """Raise `InputError` for a mass or another property of a body that is given and not positive."""
+    for key, value in values.items():
+        if value is not None and not (np.isfinite(value) and value > 0):
+            raise InputError(f"'{key}' must be a positive number; found {value}")
 
 
 def mesh(vertices: object, faces: object) -> tuple[NDArray[np.float64], NDArray[np.int64]] | None:
@@ -209,37 +208,3 @@ def _from_arrays(arrays: dict[str, object], stem: str) -> RawCloud:
             optional[key] = float(floats(optional[key], key, ()))
     ignored = sorted(set(arrays) - {"points", *cameras, *OPTIONAL_KEYS, *UNUSED_KEYS})
     return RawCloud(points=points, ignored_keys=tuple(ignored), **optional)  # type: ignore[arg-type]
-
-
-def _open3d_points(path: Path) -> NDArray[np.float64]:
-    """The points that Open3D reads, in a child process: its readers can crash on a damaged file."""
-    command = [sys.executable, "-P", "-c", OPEN3D_READER, str(path.absolute())]
-    try:
-        child = subprocess.run(command, capture_output=True, timeout=OPEN3D_TIMEOUT)
-    except subprocess.TimeoutExpired as error:
-        raise InputError(f"was not read by Open3D within {OPEN3D_TIMEOUT} s") from error
-    messages = child.stderr.decode(errors="replace").strip().splitlines()
-    if child.returncode == NO_OPEN3D:
-        raise InputError(
-            f"needs Open3D to be read, which cannot be imported here ({messages[-1]}); "
-            "install the system library libusb-1.0 (Debian: libusb-1.0-0), or save the cloud as npz"
-        )
-    # Where a file ends early Open3D prints a warning, if anything, and returns uninitialised rows.
-    warned = any("failed" in line or line.startswith("RPly") for line in messages)
-    if child.returncode != 0 or warned or _ends_early(path):
-        raise InputError(f"is a damaged {path.suffix} file: Open3D cannot read all of its points")
-    if not child.stdout:
-        raise InputError(f"holds no points that Open3D can read as {path.suffix}")
-    return np.frombuffer(child.stdout).reshape(-1, 3)
-
-
-def _ends_early(path: Path) -> bool:
-    """Whether an ASCII .pcd holds less than its header promises: a truncation that Open3D never mentions."""
-    if path.suffix.lower() != ".pcd":
-        return False
-    header, ascii_data, body = path.read_bytes().partition(b"\nDATA ascii")
-    promised = re.search(rb"^POINTS (\d+)", header, re.MULTILINE)
-    if not ascii_data or not promised:
-        return False
-    columns = len(body.strip().split(b"\n")[0].split())
-    return len(body.split()) < int(promised[1]) * columns

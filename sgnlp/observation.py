@@ -6,7 +6,6 @@ below it, thin very large clouds, drop outliers, refuse what has no volume or no
 
 import hashlib
 import math
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,7 +26,6 @@ Scalar = TypeVar("Scalar", bound=np.generic)
 
 SIMPLEX_POINTS = 4  # fewer points enclose no volume
 SHARE: Interval = (0.0, 1.0)
-NAME_PATTERN = re.compile(r"\w[\w .+-]{0,99}")  # a name becomes a folder under results/
 
 
 @dataclass(frozen=True)
@@ -163,10 +161,8 @@ def observe(
     """
     if not (np.isfinite(scale) and scale > 0):
         raise InputError(f"the scale must be a positive number; found {scale}")
-    check_name(name)
-    for key, value in (("mass", mass), ("friction", friction)):
-        if value is not None and not (np.isfinite(value) and value > 0):
-            raise InputError(f"'{key}' must be a positive number; found {value}")
+    clouds.check_name(name)
+    clouds.check_truth(mass=mass, friction=friction)
     cloud = clouds.floats(points, "points", (None, 3))
     cameras = clouds.Cameras.of(len(cloud), view, view_names, camera_positions)
     options = (cameras.names, table_height, scale, views, settings)
@@ -195,12 +191,6 @@ def observe(
         friction=friction,
         notes=tuple(clean.notes),
     )
-
-
-def check_name(name: str) -> None:
-    """Raise `InputError` for a name that cannot become a folder under results/."""
-    if not NAME_PATTERN.fullmatch(name):
-        raise InputError(f"the name {name[:40]!r} must be 1 to 100 letters, digits, spaces or . _ + -")
 
 
 class _Cleaning:

@@ -11,7 +11,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from sgnlp import clouds
+from sgnlp import open3d_files as reader
 from sgnlp.errors import InputError
 from sgnlp.observation import Observation, ObservationSettings, load, observe
 from sgnlp.sampling import farthest_points
@@ -53,18 +53,23 @@ def test_a_file_with_everything_is_read_whole_and_read_only(tmp_path):
         name="ball 1",
         mesh_vertices=np.eye(3),
         mesh_faces=[[0, 1, 2]],
+        mass=0.3,
+        friction=0.8,
+        half="choosing",
     )
-    observation = load(file)
+    observation = load(file, scale=1.1)
     assert isinstance(observation, Observation)
     assert observation.name == "ball 1"
-    assert observation.table_height == -0.001
+    assert observation.table_height == pytest.approx(-0.0011)
+    assert (observation.mass, observation.friction) == (0.3, 0.8)  # no lengths, which a scale changes
+    assert not [note for note in observation.notes if "unknown" in note]
     assert observation.view_names == ("0", "1", "2")
     assert observation.points.dtype == np.float64
     assert len(observation.points) == len(observation.view) > 550
-    np.testing.assert_array_equal(observation.camera_positions, cameras)
+    np.testing.assert_array_equal(observation.camera_positions, 1.1 * cameras)
     np.testing.assert_array_equal(observation.mesh_faces, [[0, 1, 2]])
     for point, camera in zip(observation.points, observation.view, strict=True):
-        nearest = np.linalg.norm(sphere() - point, axis=1).argmin()
+        nearest = np.linalg.norm(1.1 * sphere() - point, axis=1).argmin()
         assert view[nearest] == camera
     for field in dataclasses.fields(observation):
         value = getattr(observation, field.name)
@@ -158,6 +163,8 @@ BAD_ARRAYS = {
     ),
     "few cameras": ({"points_a": GOOD, "points_b": GOOD, "camera_positions": np.eye(3)}, "3 rows for 2 views"),
     "bad camera": ({"points": GOOD, "camera_positions": [[np.nan, 0, 0]]}, "'camera_positions' must be finite"),
+    "no mass": ({"points": GOOD, "mass": 0.0}, "'mass' must be a positive number; found 0.0"),
+    "two frictions": ({"points": GOOD, "friction": [1.0, 0.5]}, "'friction' must be an array of real numbers"),
     "half a mesh": ({"points": GOOD, "mesh_faces": [[0, 1, 2]]}, "must be given together"),
     "bad faces": (
         {"points": GOOD, "mesh_vertices": np.eye(3), "mesh_faces": [[0, 1, 3]]},
@@ -439,13 +446,13 @@ def test_a_text_without_numbers_is_refused(open3d_files, tmp_path):
     ("program", "message"),
     [
         ("import os; os.abort()", "is a damaged .ply file"),
-        (f"import sys; print('no libusb', file=sys.stderr); sys.exit({clouds.NO_OPEN3D})", "no libusb.*libusb-1.0-0"),
+        (f"import sys; print('no libusb', file=sys.stderr); sys.exit({reader.ABSENT})", "no libusb.*libusb-1.0-0"),
         ("import time; time.sleep(60)", "was not read by Open3D within 0.5 s"),
     ],
 )
 def test_a_crash_of_open3d_its_absence_and_a_hang_are_input_errors(tmp_path, monkeypatch, program, message):
-    monkeypatch.setattr(clouds, "OPEN3D_READER", program)
-    monkeypatch.setattr(clouds, "OPEN3D_TIMEOUT", 0.5 if "sleep" in program else 60)
+    monkeypatch.setattr(reader, "READER", program)
+    monkeypatch.setattr(reader, "TIMEOUT", 0.5 if "sleep" in program else 60)
     file = tmp_path / "ball.ply"
     file.write_text("ply")
     with pytest.raises(InputError, match=message):

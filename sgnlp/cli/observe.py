@@ -1,0 +1,96 @@
+"""`sgnlp observe`: from a mesh to a problem file, seen by simulated depth cameras."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+import tyro
+from rich.console import Console
+from scipy.spatial.transform import Rotation
+
+from sgnlp import clouds, open3d_files, results, scenes
+from sgnlp.cameras import DepthCamera
+from sgnlp.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
+from sgnlp.cli import codes
+from sgnlp.errors import InputError
+from sgnlp.meshes import Mesh
+from sgnlp.scenes import Ring
+from sgnlp.settling import random_orientation, settled
+
+DROPS = 20  # from as many random orientations before a body is given up that never comes to rest
+
+
+@dataclass
+class Observe(Checked):
+    """Put a mesh (.obj, .stl, .ply, .off) on a table and see it with simulated depth cameras, as a problem file."""
+
+    valid: ClassVar[dict[str, Interval]] = {
+        **dict.fromkeys(("views", "scale", "mass", "friction"), POSITIVE),
+        "seed": NOT_NEGATIVE,
+    }
+
+    file: tyro.conf.Positional[Path]
+    """the mesh: z up, metres"""
+    out: Path | None = None
+    """the problem file; NAME.npz here if not given"""
+    views: int = scenes.VIEWS
+    """cameras, evenly spaced around the table"""
+    seed: int = 0
+    """of everything random"""
+    yaw_deg: float = 0.0
+    """turn of the object about the vertical"""
+    settle: bool = False
+    """let it fall from a random orientation and take how it comes to rest; needs MuJoCo (pip install 'sgnlp[sim]')"""
+    scale: float = 1.0
+    """factor to metres: 0.001 for a mesh in millimetres"""
+    mass: float = 0.1
+    """[kg] of the object, for a simulation"""
+    friction: float = 1.0
+    """coefficient between a fingertip and the object, for a simulation"""
+    ring: Ring = field(default_factory=Ring)
+    """where the cameras stand"""
+    camera: DepthCamera = field(default_factory=DepthCamera)
+    """what each of them measures; a RealSense D415"""
+
+    def run(self, console: Console) -> int:
+        """Read, place, see, save."""
+        out = self.out or Path(f"{self.file.stem}.npz")
+        clouds.check_name(out.stem)
+        if out.suffix != ".npz":
+            raise InputError(f"--out must end in .npz; found '{out}'")
+        results.writable(out.parent)
+        rng = np.random.default_rng(self.seed)
+        try:
+            mesh, notes = scenes.body(*open3d_files.triangles(self.file), scale=self.scale)
+            arrays = scenes.scene(
+                self._placed(mesh, rng),
+                out.stem,
+                rng,
+                mass=self.mass,
+                friction=self.friction,
+                views=self.views,
+                ring=self.ring,
+                camera=self.camera,
+            )
+        except InputError as error:
+            raise InputError(f"{self.file}: {error}") from error
+        results.write_arrays(out, arrays)
+        for note in notes:
+            console.print(note, style="dim")
+        size = " x ".join(f"{1e3 * side:.0f}" for side in np.ptp(arrays["mesh_vertices"], axis=0))
+        console.print(
+            f"{out.stem}: {size} mm, points from each view: {', '.join(map(str, np.bincount(arrays['view'])))}"
+        )
+        console.print(f"written: {out}", soft_wrap=True)
+        return codes.FEASIBLE
+
+    def _placed(self, mesh: Mesh, rng: np.random.Generator) -> Mesh:
+        """The body on the table."""
+        if self.settle:
+            drops = (settled(mesh, random_orientation(rng)) for _ in range(DROPS))
+            rest = next((quaternion for quaternion in drops if quaternion is not None), None)
+            if rest is None:
+                raise InputError(f"does not come to rest in {DROPS} drops; leave out --settle")
+            mesh = mesh.turned(rest)
+        return mesh.turned(Rotation.from_euler("z", self.yaw_deg, degrees=True).as_quat()).standing()

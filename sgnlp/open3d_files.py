@@ -1,0 +1,92 @@
+"""What Open3D reads from files, in a child process: its readers can crash on a damaged file."""
+
+import io
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.errors import InputError
+
+CLOUD_SUFFIXES = (".ply", ".pcd", ".xyz")
+MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off")
+TIMEOUT = 120  # [s]
+ABSENT = 70  # exit code of the child that cannot import it
+READER = f"""
+import os, sys
+answer = os.fdopen(os.dup(1), "wb")
+os.dup2(2, 1)  # what the library prints goes to stderr
+try:
+    import io, numpy, open3d
+except (ImportError, OSError) as error:
+    print(error, file=sys.stderr)
+    sys.exit({ABSENT})
+content = io.BytesIO()
+if sys.argv[2] == "cloud":
+    numpy.savez(content, points=open3d.io.read_point_cloud(sys.argv[1]).points)
+else:
+    mesh = open3d.io.read_triangle_mesh(sys.argv[1])
+    numpy.savez(content, vertices=mesh.vertices, faces=mesh.triangles)
+with answer:
+    answer.write(content.getvalue())
+"""
+
+
+def points(path: Path) -> NDArray[np.float64]:
+    """The points (N, 3) of a .ply, .pcd or .xyz, in its unit. Raises `InputError` if they cannot all be read."""
+    found = _read(path, "cloud")["points"]
+    if len(found) == 0:
+        raise InputError(f"holds no points that Open3D can read as {path.suffix}")
+    return found
+
+
+def triangles(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Vertices (U, 3), in the file's unit, and faces (F, 3) of a .obj, .stl, .ply or .off.
+
+    Raises `InputError` if there is no such file, it is of another kind, or Open3D cannot read all of it.
+    """
+    if path.suffix.lower() not in MESH_SUFFIXES:
+        raise InputError(f"is not a mesh; give a file ending in {' '.join(MESH_SUFFIXES)}")
+    if not path.is_file():
+        raise InputError("is not a file" if path.exists() else "there is no such file")
+    found = _read(path, "mesh")
+    if len(found["faces"]) == 0:
+        raise InputError(f"holds no triangles that Open3D can read as {path.suffix}")
+    return found["vertices"], found["faces"].astype(np.int64)
+
+
+def _read(path: Path, kind: str) -> dict[str, NDArray[np.float64]]:
+    """The arrays of a file that the child answers with."""
+    command = [sys.executable, "-P", "-c", READER, str(path.absolute()), kind]
+    try:
+        child = subprocess.run(command, capture_output=True, timeout=TIMEOUT)
+    except subprocess.TimeoutExpired as error:
+        raise InputError(f"was not read by Open3D within {TIMEOUT} s") from error
+    messages = child.stderr.decode(errors="replace").strip().splitlines()
+    if child.returncode == ABSENT:
+        otherwise = ", or save the cloud as npz" if kind == "cloud" else ""
+        raise InputError(
+            f"needs Open3D to be read, which cannot be imported here ({messages[-1]}); "
+            f"install the system library libusb-1.0 (Debian: libusb-1.0-0){otherwise}"
+        )
+    # Where a file ends early Open3D prints a warning, if anything, and returns uninitialised rows.
+    warned = any("failed" in line or line.startswith("RPly") for line in messages)
+    if child.returncode != 0 or warned or _ends_early(path):
+        raise InputError(f"is a damaged {path.suffix} file: Open3D cannot read all of it")
+    with np.load(io.BytesIO(child.stdout), allow_pickle=False) as arrays:
+        return {key: arrays[key] for key in arrays.files}
+
+
+def _ends_early(path: Path) -> bool:
+    """Whether an ASCII .pcd holds less than its header promises: a truncation that Open3D never mentions."""
+    if path.suffix.lower() != ".pcd":
+        return False
+    header, ascii_data, body = path.read_bytes().partition(b"\nDATA ascii")
+    promised = re.search(rb"^POINTS (\d+)", header, re.MULTILINE)
+    if not ascii_data or not promised:
+        return False
+    columns = len(body.strip().split(b"\n")[0].split())
+    return len(body.split()) < int(promised[1]) * columns
