@@ -7,7 +7,7 @@ below it, thin very large clouds, drop outliers, refuse what has no volume or no
 import hashlib
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar, TypeVar
 
@@ -93,6 +93,7 @@ class Observation:
     mass: float | None = None  # [kg] of the true body
     friction: float | None = None  # true coefficient between a fingertip and the body
     notes: tuple[str, ...] = ()  # a sentence for each thing dropped or assumed
+    source: str | None = None  # the file it was read from
 
 
 def load(
@@ -112,7 +113,7 @@ def load(
         raw = clouds.read(path)
         if table_height is None and raw.table_height is not None:
             table_height = raw.table_height * scale
-        return observe(
+        observation = observe(
             raw.points,  # type: ignore[arg-type]
             view=raw.view,  # type: ignore[arg-type]
             view_names=raw.view_names,
@@ -128,6 +129,7 @@ def load(
             notes=[f"Ignored the unknown keys {', '.join(raw.ignored_keys)}."] if raw.ignored_keys else [],
             settings=settings,
         )
+        return replace(observation, source=str(path))
     except InputError as error:
         line = "".join(letter if letter.isprintable() else "?" for letter in f"{path}: {error}")
         raise InputError(line) from error

@@ -1,8 +1,10 @@
 """Tables of a plan for the terminal: built here, printed by the command line."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.table import Table
 from rich.text import Text
 
@@ -10,7 +12,10 @@ from sgnlp.energies import TERMS
 from sgnlp.hand import Hand
 from sgnlp.plan import Plan
 from sgnlp.recompute import rotation_angle
+from sgnlp.simulation import Outcome
 from sgnlp.solution import Solution
+
+Array = NDArray[np.float64]
 
 YES, NO = Text("yes", style="green"), Text("no", style="red")
 
@@ -98,6 +103,46 @@ def headline(plan: Plan) -> str:
     feasible = sum(s.feasible for s in plan.solutions)
     seconds = sum(plan.seconds.values())
     return f"{plan.observation.name}: {feasible} of {count} starts feasible in {seconds:.1f} s"
+
+
+def simulation_table(outcomes: Sequence[Outcome]) -> Table:
+    """One row a simulated grasp, in the order of their ranks."""
+    columns = ("ending", "score", "strict", "rise [mm]", "slip [mm]", "pushes", "before contact [mm]", "off plan [mm]")
+    table = _table("Simulated", "grasp", *columns)
+    for rank, o in enumerate(outcomes):
+        table.add_row(
+            str(rank),
+            o.ending,
+            f"{o.score:g}",
+            f"{o.score_strict:g}",
+            f"{1e3 * o.lift.rise:.1f}" if o.lift else "",
+            f"{1e3 * o.lift.slip.max():.1f}" if o.lift else "",
+            f"{o.pushes_held}/{len(o.pushes)}" if o.pushes else "",
+            f"{1e3 * o.closing.shift_before_contact:.1f}" if o.closing else "",
+            f"{1e3 * o.closing.shift_error:.1f}" if o.closing and o.closing.shift_error is not None else "",
+        )
+    return table
+
+
+def touches_table(outcome: Outcome, hand: Hand, planned: Array) -> Table:
+    """One row a finger of a simulated grasp; planned forces (m, 3) [N]."""
+    columns = ("touches [s]", "force [N]", "planned [N]", "off by [N]", "slip closing [mm]", "slip lifting [mm]")
+    table = _table("By finger", "finger", *columns)
+    closing, lift = outcome.closing, outcome.lift
+    if closing is None:
+        return table
+    for i, finger in enumerate(hand.fingers):
+        time = closing.contact_times[i]
+        table.add_row(
+            finger.name,
+            "never" if np.isnan(time) else f"{time:.2f}",
+            f"{np.linalg.norm(closing.forces[i]):.2f}",
+            f"{np.linalg.norm(planned[i]):.2f}",
+            f"{np.linalg.norm(closing.forces[i] - planned[i]):.2f}",
+            f"{1e3 * closing.slip[i]:.1f}",
+            f"{1e3 * lift.slip[i]:.1f}" if lift else "",
+        )
+    return table
 
 
 def hands_table(hands: list[Hand]) -> Table:

@@ -17,6 +17,7 @@ def meta(plan: Plan) -> dict[str, Any]:
     observation = plan.observation
     return {
         "object": observation.name,
+        "source": observation.source,
         "input_digest": observation.digest,
         "table_height": observation.table_height,
         "hand": plan.problem.hand.name,

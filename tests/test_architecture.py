@@ -18,7 +18,7 @@ STAGES = (
     "chain jets native parameters nlp codegen compiled oracle kkt",
     "problem starts ipopt recompute solution pool plan",
     "firstorder convergence benchmarks",
-    "environment grasps results summary workers batch report",
+    "environment grasps simulation results summary workers batch report",
     "cli __main__",
 )
 LAYERS = " ".join(STAGES).split(" ")

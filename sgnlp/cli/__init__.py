@@ -18,12 +18,13 @@ from sgnlp.cli.cache import Cache
 from sgnlp.cli.flags import beginning
 from sgnlp.cli.info import Doctor, Hands
 from sgnlp.cli.observe import Observe
+from sgnlp.cli.simulate import Simulate
 from sgnlp.cli.solve import Solve
 from sgnlp.cli.study import Study
 from sgnlp.errors import SgnlpError
 from sgnlp.settings import PRESETS
 
-COMMANDS = (Solve, Batch, Observe, Hands, Study, Benchmark, Cache, Doctor)
+COMMANDS = (Solve, Batch, Simulate, Observe, Hands, Study, Benchmark, Cache, Doctor)
 
 
 def _commands(name: str) -> Any:

@@ -1,0 +1,110 @@
+"""`sgnlp simulate`: whether planned grasps hold, on the true object."""
+
+import shlex
+import sys
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import tyro
+from rich.console import Console
+
+from sgnlp import environment, report, results
+from sgnlp.cli import codes, pictures
+from sgnlp.cli.progress import counting_bar
+from sgnlp.errors import InputError
+from sgnlp.grasps import Grasps
+from sgnlp.hand import Hand, load_hand
+from sgnlp.observation import load
+from sgnlp.simulation import Body, Outcome, SimulationSettings, command, plain, simulate, true_body
+
+SIMULATION = "simulation.json"
+DEFAULTS = SimulationSettings()
+
+
+@dataclass
+class Simulate:
+    """Carry out planned grasps on the true object in MuJoCo: close, lift, hold, push. Needs the extra `sim`."""
+
+    folder: tyro.conf.Positional[Path]
+    """a result of `sgnlp solve`"""
+    grasps: int | Literal["all"] = 1
+    """how many, best first; all: every feasible one"""
+    object: Path | None = None
+    """file with mesh_vertices and mesh_faces, in the cloud's frame; the file that was solved if not given"""
+    hand: str | None = None
+    """folder of the hand, if it is none of `sgnlp hands`"""
+    pictures: bool = False
+    """draw the first grasp at the end of each phase into the folder"""
+    settings: Annotated[SimulationSettings, tyro.conf.arg(name="")] = DEFAULTS
+    """object, joints, contact, phases and judgement"""
+
+    def run(self, console: Console) -> int:
+        """Read, simulate, write, show."""
+        _require()
+        grasps = results.load_grasps(self.folder)
+        hand = load_hand(self.hand or grasps.meta["hand"], grasps.meta["settings"]["spheres"])
+        source = self._source(grasps)
+        thing = true_body(load(source))
+        ranks = self._ranks(grasps)
+        outcomes = []
+        with counting_bar(console, "simulating") as advance:
+            for rank in ranks:
+                outcomes.append(simulate(command(grasps, rank), thing, hand, self.settings))
+                advance(len(outcomes), len(ranks))
+        folder = self.folder if self.folder.is_dir() else self.folder.parent
+        results.write_text(folder / SIMULATION, results.json_text(self._made(source, outcomes)))
+        _show(console, outcomes, hand, grasps)
+        console.print(f"written: {folder / SIMULATION}", soft_wrap=True)
+        if self.pictures:
+            self._draw(console, folder, grasps, thing, hand, outcomes[0])
+        return codes.FEASIBLE if any(outcome.score == 1 for outcome in outcomes) else codes.NONE_FEASIBLE
+
+    def _source(self, grasps: Grasps) -> Path:
+        source = self.object or Path(grasps.meta.get("source") or "")
+        if not source.is_file():
+            said = f"'{source}' is not there" if str(source) != "." else "the result names no file"
+            raise InputError(f"the true object is missing: {said}; name its file with --object")
+        return source
+
+    def _ranks(self, grasps: Grasps) -> range:
+        count = int(grasps.feasible.sum()) if self.grasps == "all" else int(self.grasps)
+        if count < 1 or len(grasps) < count:
+            raise InputError(f"--grasps must be between 1 and {len(grasps)}, or all, which is {grasps.feasible.sum()}")
+        return range(count)
+
+    def _made(self, source: Path, outcomes: list[Outcome]) -> dict[str, Any]:
+        return {
+            "command": shlex.join(["sgnlp", *sys.argv[1:]]),
+            "object": str(source),
+            "settings": asdict(self.settings),
+            "versions": environment.versions(),
+            "machine": environment.machine(),
+            "grasps": [{"rank": rank} | plain(outcome) for rank, outcome in enumerate(outcomes)],
+        }
+
+    def _draw(self, console: Console, folder: Path, grasps: Grasps, thing: Body, hand: Hand, outcome: Outcome) -> None:
+        try:
+            files = pictures.draw(folder, command(grasps, 0), thing, hand, self.settings, outcome.trace)
+        except pictures.NoRenderer as error:
+            console.print(f"no pictures: {error}", soft_wrap=True)
+            return
+        console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)
+
+
+def _require() -> None:
+    pictures.headless()
+    try:
+        import mujoco  # noqa: F401
+    except ImportError:
+        raise InputError("the simulator is not installed: pip install 'sgnlp[sim]'") from None
+
+
+def _show(console: Console, outcomes: list[Outcome], hand: Hand, grasps: Grasps) -> None:
+    console.print(report.simulation_table(outcomes))
+    console.print()
+    console.print(report.touches_table(outcomes[0], hand, np.asarray(grasps.forces_eq[0])))
+    console.print()
+    scores = [outcome.score for outcome in outcomes]
+    console.print(f"first choice {scores[0]:g}, mean of {len(scores)} {np.mean(scores):.2f}")

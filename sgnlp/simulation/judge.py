@@ -1,0 +1,160 @@
+"""From the readings of an experiment to its outcome."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.errors import InputError
+from sgnlp.hand import Hand
+from sgnlp.simulation.body import Body
+from sgnlp.simulation.command import Command
+from sgnlp.simulation.outcome import Closing, Ending, Lift, Outcome, Pregrasp, Push
+from sgnlp.simulation.protocol import AXES, SAMPLE, Experiment, angle, calm
+from sgnlp.simulation.recorder import Reading
+from sgnlp.simulation.settings import SimulationSettings
+
+Array = NDArray[np.float64]
+
+CLEAR = 5e-4
+"""Least height of the lowest point over the table that counts as clear of it [m]."""
+SLID_SCORE = 0.5
+"""The paper's score of a grasp that lifts the object but slides."""
+DEFAULTS = SimulationSettings()
+
+
+def simulate(command: Command, body: Body, hand: Hand, settings: SimulationSettings = DEFAULTS) -> Outcome:
+    """Carry out a grasp on the true object and judge it. The same arguments give the same bits.
+
+    Raises:
+        InputError: the command does not fit the hand, or MuJoCo refuses the hand or the mesh.
+    """
+    _check(command, hand)
+    experiment = Experiment(command, body, hand, settings)
+    pregrasp = _pregrasp(experiment)
+    if max(pregrasp.penetration_object, pregrasp.penetration_table) > settings.max_penetration:
+        return Outcome("in collision", 0.0, 0.0, pregrasp, None, None, (), experiment.recorder.trace())
+    closing = _finite(experiment.close())
+    lifting = _finite(experiment.lift()) if closing[-1].finite else []
+    clear = bool(lifting) and lifting[-1].finite and _clearance(lifting[-1:], body) > CLEAR
+    holding = _finite(experiment.hold()) if clear else []
+    readings = [*closing, *lifting, *holding]
+    closed = _closing(experiment, closing, command) if closing[-1].finite else None
+    lifted = _lift(experiment, lifting, holding, body) if lifting and readings[-1].finite else None
+    ending = _ending(lifted, bool(holding), readings[-1].finite, settings, settings.rise)
+    strict = _ending(lifted, bool(holding), readings[-1].finite, settings, settings.rise_strict)
+    pushed = ending in ("held", "slid") and settings.push_weights > 0
+    pushes = tuple(_push(experiment, name, holding[-1]) for name in AXES) if pushed else ()
+    return Outcome(
+        ending=ending,
+        score=_score(ending),
+        score_strict=_score(strict),
+        pregrasp=pregrasp,
+        closing=closed,
+        lift=lifted,
+        pushes=pushes,
+        trace=experiment.recorder.trace(),
+    )
+
+
+def _check(command: Command, hand: Hand) -> None:
+    n, m = len(hand.joint_names), len(hand.fingers)
+    for name, shape in {"wrist": (7,), "joints": (n,), "targets": (m, 3), "gains": (m,)}.items():
+        array = np.asarray(getattr(command, name))
+        if array.shape != shape or not np.isfinite(array).all():
+            raise InputError(f"the grasp's {name} must be {shape} finite numbers for '{hand.name}', not {array.shape}")
+    if np.min(command.gains) <= 0:
+        raise InputError("the grasp's gains must be positive")
+
+
+def _finite(phase: Iterable[Reading]) -> list[Reading]:
+    """The readings of a phase, up to the first that is not finite."""
+    readings = []
+    for reading in phase:
+        readings.append(reading)
+        if not reading.finite:
+            break
+    return readings
+
+
+def _clearance(readings: list[Reading], body: Body) -> float:
+    return min(reading.lowest for reading in readings) - body.table_height
+
+
+def _pregrasp(experiment: Experiment) -> Pregrasp:
+    begin, depth = experiment.begin, experiment.penetrations()
+    return Pregrasp(
+        penetration_object=depth["object"],
+        penetration_table=depth["table"],
+        penetration_self=depth["self"],
+        settle_shift=float(np.linalg.norm(begin.centre - experiment.given)),
+        settle_turn=angle(begin.rotation),
+    )
+
+
+def _closing(experiment: Experiment, readings: list[Reading], command: Command) -> Closing:
+    begin, end, given = experiment.begin, readings[-1], experiment.given
+    touching = np.array([reading.touching for reading in [begin, *readings]])
+    times = np.array([reading.time for reading in [begin, *readings]])
+    touched = touching.any(axis=0)
+    first = np.argmax(touching, axis=0)
+    last = int(first.max()) if touched.all() else len(readings)  # never all: up to the end
+    until = [begin, *readings][last]
+    links = {name for reading in [begin, *readings][:last] for name in reading.links}
+    shift_error = turn_error = None
+    if command.rotation_eq is not None and command.translation_eq is not None:
+        planned = command.rotation_eq @ given + command.translation_eq
+        shift_error = float(np.linalg.norm(end.centre - planned))
+        turn_error = angle(end.rotation @ command.rotation_eq.T)
+    return Closing(
+        seconds=end.time,
+        rested=calm(readings),
+        contact_times=np.where(touched, times[first], np.nan),
+        premature=tuple(sorted(links)),
+        shift_before_contact=float(np.linalg.norm(until.centre - begin.centre)),
+        turn_before_contact=angle(until.rotation @ begin.rotation.T),
+        rotation=end.rotation,
+        translation=end.translation,
+        shift_error=shift_error,
+        turn_error=turn_error,
+        forces=end.forces,
+        force_errors=None if command.forces_eq is None else np.linalg.norm(end.forces - command.forces_eq, axis=1),
+        links_force=sum(end.links.values()),
+        slip=np.sum([reading.slide for reading in readings], axis=0),
+    )
+
+
+def _lift(experiment: Experiment, lifting: list[Reading], holding: list[Reading], body: Body) -> Lift:
+    judged = holding or lifting[-1:]
+    half = holding[len(holding) // 2 :]
+    creep = np.linalg.norm(half[-1].centre - half[0].centre) / ((len(half) - 1) * SAMPLE) if len(half) > 1 else None
+    return Lift(
+        rise=min(float(reading.centre[2]) for reading in judged) - float(experiment.begin.centre[2]),
+        clearance=_clearance(judged, body),
+        slip=np.sum([reading.slide for reading in [*lifting, *holding]], axis=0),
+        creep=None if creep is None else float(creep),
+    )
+
+
+def _ending(lift: Lift | None, held: bool, finite: bool, settings: SimulationSettings, rise: float) -> Ending:
+    if not finite or lift is None:
+        return "diverged"
+    if not held:
+        return "not lifted"
+    if lift.clearance <= CLEAR:
+        return "dropped"
+    if lift.rise < rise:
+        return "not lifted"
+    return "slid" if lift.slip.max() > settings.slip_limit else "held"
+
+
+def _score(ending: Ending) -> float:
+    return {"held": 1.0, "slid": SLID_SCORE}.get(ending, 0.0)
+
+
+def _push(experiment: Experiment, direction: str, before: Reading) -> Push:
+    readings = _finite(experiment.push(direction))
+    slip = float(np.sum([reading.slide for reading in readings], axis=0).max())
+    clear = readings[-1].finite and _clearance(readings, experiment.body) > CLEAR
+    shift = max(float(np.linalg.norm(reading.centre - before.centre)) for reading in readings)
+    return Push(direction, clear and slip <= experiment.settings.slip_limit, shift, slip)

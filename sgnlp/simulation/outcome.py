@@ -1,0 +1,107 @@
+"""What a simulated grasp did."""
+
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+Ending = Literal["held", "slid", "dropped", "not lifted", "in collision", "diverged"]
+
+
+@dataclass(frozen=True)
+class Pregrasp:
+    """The hand at its pregrasp, the object at rest on the table."""
+
+    penetration_object: float  # [m] deepest of the hand in the object
+    penetration_table: float  # [m]
+    penetration_self: float  # [m]
+    settle_shift: float  # [m] motion of the object's centre of mass from where it was given to rest
+    settle_turn: float  # [rad]
+
+
+@dataclass(frozen=True, eq=False)
+class Closing:
+    """The springs act until rest; m fingers."""
+
+    seconds: float  # [s] until rest
+    rested: bool
+    """hand and object were at rest before the longest wait was over"""
+    contact_times: Array  # (m,) [s] first touch of each pad, NaN if it never touches
+    premature: tuple[str, ...]
+    """links other than pads that touch the object before the last pad does"""
+    shift_before_contact: float  # [m] motion of the object's centre of mass until the last pad touches
+    turn_before_contact: float  # [rad]
+    rotation: Array  # (3, 3) motion of the object to the equilibrium, from where its mesh was given
+    translation: Array  # (3,) [m]
+    shift_error: float | None  # [m] its centre of mass off the planned equilibrium; None without a plan
+    turn_error: float | None  # [rad]
+    forces: Array  # (m, 3) [N] of the pads on the object at the equilibrium
+    force_errors: Array | None  # (m,) [N] |force - planned force|
+    links_force: float  # [N] normal forces of links other than pads at the equilibrium, summed
+    slip: Array  # (m,) [m] path of each pad over the surface, rolling excluded
+
+
+@dataclass(frozen=True, eq=False)
+class Lift:
+    """Lift and hold; m fingers."""
+
+    rise: float  # [m] least rise of the object's centre of mass during the hold, from its rest on the table
+    clearance: float  # [m] least height of the object's lowest point over the table during the hold
+    slip: Array  # (m,) [m] path of each pad over the surface during lift and hold, rolling excluded
+    creep: float | None  # [m/s] speed of the centre of mass over the second half of the hold; None without a hold
+
+
+@dataclass(frozen=True)
+class Push:
+    """A push of the held object and how it was withstood."""
+
+    direction: str  # +x, -x, +y, -y, +z or -z
+    held: bool
+    """the object stayed clear of the table and no pad slid further than the limit"""
+    shift: float  # [m] farthest displacement of the centre of mass
+    slip: float  # [m] longest path of a pad over the surface, rolling excluded
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """Samples of the whole run for pictures and figures: T samples, m fingers."""
+
+    time: Array  # (T,) [s] since the pregrasp
+    phase: NDArray[np.str_]  # (T,) pregrasp, close, lift, hold, push +x ...
+    qpos: Array  # (T, nq) MuJoCo's configuration
+    tips: Array  # (T, m, 3) [m] centres of the pads
+    forces: Array  # (T, m, 3) [N] of the pads on the object
+    object_pose: Array  # (T, 7) x y z [m] qx qy qz qw, motion from where the mesh was given
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """The judgement of one grasp. What was not reached is None."""
+
+    ending: Ending
+    score: float
+    """the paper's: 1 lifted without sliding, 0.5 lifted but slid, 0 not lifted"""
+    score_strict: float
+    """the same with the strict rise"""
+    pregrasp: Pregrasp
+    closing: Closing | None
+    lift: Lift | None
+    pushes: tuple[Push, ...]
+    trace: Trace
+
+    @property
+    def pushes_held(self) -> int:
+        """How many of the six pushes were withstood; 0 if the object was not held to begin with."""
+        return sum(push.held for push in self.pushes)
+
+
+def plain(value: Any) -> Any:
+    """An outcome, or a part of one, as mappings, lists and numbers; the trace is left out."""
+    if is_dataclass(value):
+        return {f.name: plain(getattr(value, f.name)) for f in fields(value) if f.name != "trace"}
+    if isinstance(value, tuple):
+        return [plain(item) for item in value]
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value

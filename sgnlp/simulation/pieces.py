@@ -1,0 +1,54 @@
+"""Convex pieces of a body: MuJoCo collides the convex hull of a mesh, so a hollow one must be taken apart (CoACD)."""
+
+import io
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.simulation.body import Body
+from sgnlp.toolchain import cache_folder
+
+Array = NDArray[np.float64]
+
+CONVEX_SHARE = 0.995
+"""A body that fills this share of its hull is taken as convex; a round can of 64 sides fills 1."""
+SEED = 0
+
+
+def pieces(body: Body, error: float) -> list[Array]:
+    """Vertices (v, 3) [m] of convex pieces whose union is the body up to a concavity of `error` [m].
+
+    A body that is convex is one piece. The others are decomposed once and cached for the user.
+    """
+    from scipy.spatial import ConvexHull
+
+    hull = ConvexHull(body.vertices)
+    if body.volume > CONVEX_SHARE * hull.volume:
+        return [body.vertices[hull.vertices]]
+    file = cache_folder() / f"pieces-{body.digest[:24]}-{error:g}.npz"
+    if not file.is_file():
+        _save(file, _decompose(body, error))
+    with np.load(file, allow_pickle=False) as data:
+        return [data[name] for name in data]
+
+
+def _decompose(body: Body, error: float) -> list[Array]:
+    import coacd
+
+    coacd.set_log_level("error")
+    mesh = coacd.Mesh(body.vertices, body.faces)
+    parts = coacd.run_coacd(mesh, threshold=error, real_metric=True, preprocess_mode="off", seed=SEED)
+    return [np.asarray(vertices, float) for vertices, _ in parts]
+
+
+def _save(file: Path, parts: list[Array]) -> None:
+    """Whole or not at all: another process may decompose the same body."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    content = io.BytesIO()
+    np.savez_compressed(content, **{f"{i:03d}": part for i, part in enumerate(parts)})  # type: ignore[arg-type]
+    with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as handle:
+        handle.write(content.getvalue())
+    os.replace(handle.name, file)

@@ -1,0 +1,127 @@
+"""The experiment, phase by phase: settle, pregrasp, close until rest, lift, hold, six pushes."""
+
+import copy
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
+
+from sgnlp.equilibrium import GRAVITY
+from sgnlp.hand import Hand
+from sgnlp.simulation.body import Body
+from sgnlp.simulation.command import Command
+from sgnlp.simulation.contacts import penetrations
+from sgnlp.simulation.recorder import Reading, Recorder
+from sgnlp.simulation.settings import SimulationSettings
+from sgnlp.simulation.world import ARM_INERTIA, object_alone, world
+
+Array = NDArray[np.float64]
+
+SAMPLE = 0.01
+"""Time between readings [s]."""
+REST_SPEED, REST_TURN = 1e-3, 2e-2
+"""At rest, tips and object are slower than this [m/s] and the object turns slower than this [rad/s] ..."""
+REST_SAMPLES = 20
+"""... for as many samples on end."""
+SETTLE_TIME = 3.0
+"""Longest wait for the object to rest on the table [s]."""
+AXES = {"+x": (1, 0, 0), "-x": (-1, 0, 0), "+y": (0, 1, 0), "-y": (0, -1, 0), "+z": (0, 0, 1), "-z": (0, 0, -1)}
+
+
+class Experiment:
+    """One grasp in the simulator. The phases are generators of readings, to be exhausted in their order."""
+
+    def __init__(self, command: Command, body: Body, hand: Hand, settings: SimulationSettings) -> None:
+        import mujoco
+
+        self.settings, self.body = settings, body
+        self.world = world(body, hand, command, settings)
+        self.data: Any = mujoco.MjData(self.world.model)
+        self.data.qpos[self.world.object_place] = settled(body, settings)
+        self.data.qpos[self.world.hand_joints] = command.joints
+        self.data.ctrl[:] = command.targets.ravel()  # the springs' frame is the world's until the lift
+        mujoco.mj_forward(self.world.model, self.data)
+        hull = body.vertices[ConvexHull(body.vertices).vertices]
+        self.recorder = Recorder(self.world, hull)
+        self.given = self.world.model.body_ipos[self.world.object_body].copy()  # (3,) centre of mass before settling
+        self.begin = self.recorder.read(self.data, "pregrasp")
+
+    def penetrations(self) -> dict[str, float]:
+        """Of the hand at the pregrasp [m]."""
+        return penetrations(self.world, self.data)
+
+    def close(self) -> Iterator[Reading]:
+        """The springs act until hand and object are at rest, or for the longest wait."""
+        last: list[Reading] = []
+        for _ in range(round(self.settings.close_time / SAMPLE)):
+            last = [*last[-REST_SAMPLES:], self._advance("close")]
+            yield last[-1]
+            if calm(last):
+                return
+
+    def lift(self) -> Iterator[Reading]:
+        """Wrist and targets rise along the quintic h (10 s³ - 15 s⁴ + 6 s⁵), at rest at both ends."""
+        samples = round(self.settings.lift_time / SAMPLE)
+        for i in range(samples):
+            s = (i + 0.5) / samples
+            acceleration = self.settings.lift_height * (60 * s - 180 * s**2 + 120 * s**3) / (samples * SAMPLE) ** 2
+            self.data.qfrc_applied[self.world.lift] = ARM_INERTIA * acceleration
+            yield self._advance("lift")
+        self.data.qfrc_applied[self.world.lift] = 0.0
+
+    def hold(self) -> Iterator[Reading]:
+        """Nothing moves on purpose."""
+        for _ in range(round(self.settings.hold_time / SAMPLE)):
+            yield self._advance("hold")
+
+    def push(self, direction: str) -> Iterator[Reading]:
+        """A constant force at the centre of mass; the state before is restored after."""
+        before = copy.copy(self.data)
+        weight = self.settings.push_weights * self.settings.mass * GRAVITY
+        self.data.xfrc_applied[self.world.object_body, :3] = weight * np.array(AXES[direction])
+        for _ in range(round(self.settings.push_time / SAMPLE)):
+            yield self._advance(f"push {direction}")
+        self.data = before
+        self.recorder.forget()
+
+    def _advance(self, phase: str) -> Reading:
+        import mujoco
+
+        mujoco.mj_step(self.world.model, self.data, max(1, round(SAMPLE / self.settings.timestep)))
+        return self.recorder.read(self.data, phase)
+
+
+def calm(readings: Sequence[Reading]) -> bool:
+    """Whether object and tips were at rest over the last of these readings."""
+    last = readings[-REST_SAMPLES - 1 :]
+    return len(last) > REST_SAMPLES and all(_slow(before, now) for before, now in pairwise(last))
+
+
+def _slow(before: Reading, now: Reading) -> bool:
+    steps = np.vstack([now.tips - before.tips, now.centre - before.centre])
+    turn = angle(now.rotation @ before.rotation.T)
+    return bool(np.linalg.norm(steps, axis=1).max() < REST_SPEED * SAMPLE and turn < REST_TURN * SAMPLE)
+
+
+def angle(R: Array) -> float:
+    """Angle of a rotation matrix [rad], accurate near 0."""
+    return float(2 * np.arcsin(min(np.linalg.norm(R - np.eye(3)) / np.sqrt(8.0), 1.0)))
+
+
+def settled(body: Body, settings: SimulationSettings) -> Array:
+    """The object's qpos (7,) at rest on the table, from where its mesh was given."""
+    import mujoco
+
+    model = object_alone(body, settings)
+    data = mujoco.MjData(model)
+    steps, still = max(1, round(SAMPLE / settings.timestep)), 0
+    for _ in range(round(SETTLE_TIME / SAMPLE)):
+        mujoco.mj_step(model, data, steps)
+        slow = np.linalg.norm(data.qvel[:3]) < REST_SPEED and np.linalg.norm(data.qvel[3:]) < REST_TURN
+        still = still + 1 if slow else 0
+        if still >= REST_SAMPLES:
+            break
+    return np.array(data.qpos)
