@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from sgnlp.simulation.contacts import Touch, touches
 from sgnlp.simulation.outcome import Trace
+from sgnlp.simulation.slip import Frame, Mark, mark
 from sgnlp.simulation.world import World
 
 Array = NDArray[np.float64]
-Frame = tuple[Array, Array]  # rotation (3, 3), origin (3,) [m]
 
 TRACE_EVERY = 4
 """Samples between those that the trace keeps: 25 a second."""
@@ -40,46 +40,39 @@ class Reading:
 
 
 class Recorder:
-    """Readings, and a trace of them.
-
-    A pad slides by how far the points of pad and object that touched at the last reading have parted since, along
-    the surface. In rolling they do not part, and what trembles faster than a sample is not summed up.
-    """
+    """Readings, and a trace of them. What trembles faster than the readings come is not summed up as sliding."""
 
     def __init__(self, world: World, hull: Array) -> None:
         self.world = world
         self.hull = hull  # (h, 3) [m] vertices of the object's hull, in its frame
         self._finger = {int(link): i for i, link in enumerate(world.pad_links)}
-        self._marks: dict[int, tuple[Array, Array, Array]] = {}  # finger: point in pad, in object, normal
+        self._marks: dict[int, Mark] = {}  # by finger, from the reading before
         self._rows: list[tuple[Any, ...]] = []
         self._count = 0
 
     def read(self, data: Any, phase: str) -> Reading:
         """Read the state as it is now."""
-        thing = self.world.object_body
-        rotation, translation = _frame(data, thing)
-        slide = self._slides(data)
+        thing, pads = _frame(data, self.world.object_body), [_frame(data, link) for link in self.world.pad_links]
+        slide = np.zeros(len(pads))
+        for i, before in self._marks.items():
+            slide[i] = before.slid(pads[i], thing)
         firmest, forces, links = self._touches(data)
-        self._mark(data, firmest)
-        tips = np.array(data.site_xpos[self.world.tips])
-        if self._count % TRACE_EVERY == 0:
-            w, x, y, z = data.xquat[thing]
-            pose = np.array([*translation, x, y, z, w])
-            self._rows.append((data.time, phase, data.qpos.copy(), tips, forces, pose))
-        self._count += 1
-        return Reading(
+        self._marks = {i: mark(pads[i], thing, touch.point, touch.normal) for i, touch in firmest.items()}
+        reading = Reading(
             time=float(data.time),
             phase=phase,
-            tips=tips,
-            centre=np.array(data.xipos[thing]),
-            rotation=rotation,
-            translation=translation,
-            lowest=float((self.hull @ rotation[2]).min() + translation[2]),
+            tips=np.array(data.site_xpos[self.world.tips]),
+            centre=np.array(data.xipos[self.world.object_body]),
+            rotation=thing.rotation,
+            translation=thing.origin,
+            lowest=float((self.hull @ thing.rotation[2]).min() + thing.origin[2]),
             forces=forces,
-            touching=np.isin(np.arange(len(tips)), list(firmest)),
+            touching=np.isin(np.arange(len(pads)), list(firmest)),
             links=links,
             slide=slide,
         )
+        self._keep(data, reading)
+        return reading
 
     def forget(self) -> None:
         """What touched before has nothing to do with what will: the state was set back."""
@@ -93,7 +86,7 @@ class Recorder:
     def _touches(self, data: Any) -> tuple[dict[int, Touch], Array, dict[str, float]]:
         """Each finger's firmest contact, the forces (m, 3) of all pads, the normal forces of other links."""
         firmest: dict[int, Touch] = {}
-        forces = np.zeros((len(self.world.pads), 3))
+        forces = np.zeros((len(self.world.tips), 3))
         links: dict[str, float] = {}
         for touch in touches(self.world, data):
             i = self._finger.get(int(self.world.model.geom_bodyid[touch.geom]))
@@ -106,30 +99,15 @@ class Recorder:
                 links[name] = links.get(name, 0.0) + abs(float(touch.force @ touch.normal))
         return firmest, forces, links
 
-    def _mark(self, data: Any, firmest: dict[int, Touch]) -> None:
-        """Keep the points that touch now, fixed to pad and object."""
-        thing = _frame(data, self.world.object_body)
-        self._marks = {}
-        for i, touch in firmest.items():
-            pad = _frame(data, self.world.pad_links[i])
-            self._marks[i] = (_local(pad, touch.point), _local(thing, touch.point), touch.normal)
-
-    def _slides(self, data: Any) -> Array:
-        """How far the points marked at the last reading have parted, along the surface (m,) [m]."""
-        thing, slides = _frame(data, self.world.object_body), np.zeros(len(self.world.pads))
-        for i, (on_pad, on_object, normal) in self._marks.items():
-            parted = _global(_frame(data, self.world.pad_links[i]), on_pad) - _global(thing, on_object)
-            slides[i] = np.linalg.norm(parted - normal * (normal @ parted))
-        return slides
+    def _keep(self, data: Any, reading: Reading) -> None:
+        """Every few readings, what a picture needs."""
+        if self._count % TRACE_EVERY == 0:
+            w, x, y, z = data.xquat[self.world.object_body]
+            pose = np.array([*reading.translation, x, y, z, w])
+            row = (reading.time, reading.phase, data.qpos.copy(), reading.tips, reading.forces, pose)
+            self._rows.append(row)
+        self._count += 1
 
 
 def _frame(data: Any, body: int) -> Frame:
-    return np.array(data.xmat[body]).reshape(3, 3), np.array(data.xpos[body])
-
-
-def _local(frame: Frame, point: Array) -> Array:
-    return np.asarray(frame[0].T @ (point - frame[1]))
-
-
-def _global(frame: Frame, point: Array) -> Array:
-    return np.asarray(frame[0] @ point + frame[1])
+    return Frame(np.array(data.xmat[body]).reshape(3, 3), np.array(data.xpos[body]))
