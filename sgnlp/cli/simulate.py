@@ -1,7 +1,5 @@
 """`sgnlp simulate`: whether planned grasps hold, on the true object."""
 
-import shlex
-import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -10,9 +8,10 @@ import numpy as np
 import tyro
 from rich.console import Console
 
-from sgnlp import environment, report, results
+from sgnlp import report, results
 from sgnlp.cli import codes, pictures
-from sgnlp.cli.progress import counting_bar
+from sgnlp.cli.flags import made
+from sgnlp.cli.progress import bars
 from sgnlp.errors import InputError
 from sgnlp.grasps import Grasps
 from sgnlp.hand import Hand, load_hand
@@ -49,10 +48,11 @@ class Simulate:
         thing = true_body(load(source))
         ranks = self._ranks(grasps)
         outcomes = []
-        with counting_bar(console, "simulating") as advance:
+        with bars(console) as bar:
+            simulating = bar("simulating", len(ranks))
             for rank in ranks:
                 outcomes.append(simulate(command(grasps, rank), thing, hand, self.settings))
-                advance(len(outcomes), len(ranks))
+                simulating.advance(outcomes)
         folder = self.folder if self.folder.is_dir() else self.folder.parent
         results.write_text(folder / SIMULATION, results.json_text(self._made(source, outcomes)))
         _show(console, outcomes, hand, grasps)
@@ -75,14 +75,8 @@ class Simulate:
         return range(count)
 
     def _made(self, source: Path, outcomes: list[Outcome]) -> dict[str, Any]:
-        return {
-            "command": shlex.join(["sgnlp", *sys.argv[1:]]),
-            "object": str(source),
-            "settings": asdict(self.settings),
-            "versions": environment.versions(),
-            "machine": environment.machine(),
-            "grasps": [{"rank": rank} | plain(outcome) for rank, outcome in enumerate(outcomes)],
-        }
+        grasps = [{"rank": rank} | plain(outcome) for rank, outcome in enumerate(outcomes)]
+        return made(object=str(source), settings=asdict(self.settings)) | {"grasps": grasps}
 
     def _draw(self, console: Console, folder: Path, grasps: Grasps, thing: Body, hand: Hand, outcome: Outcome) -> None:
         try:
