@@ -16,8 +16,8 @@ from sgnlp.open3d_files import CLOUD_SUFFIXES
 
 PER_CAMERA = "points_"  # prefix of the keys of a file with one array per camera
 NUMBERS = ("table_height", "mass", "friction")  # keys of single numbers
-OPTIONAL_KEYS = ("view", "camera_positions", "name", "mesh_vertices", "mesh_faces", *NUMBERS)
-UNUSED_KEYS = ("half",)  # of the problem set: which half of it a file belongs to
+TEXTS = ("name", "half")  # keys of texts; the half of a problem set is choosing or reporting
+OPTIONAL_KEYS = ("view", "camera_positions", "mesh_vertices", "mesh_faces", *NUMBERS, *TEXTS)
 EXPECTED = (
     "an npz with 'points' (N, 3) in metres or one array 'points_<camera>' per camera, "
     f"or a file ending in {' '.join(CLOUD_SUFFIXES)}"
@@ -40,6 +40,7 @@ class RawCloud:
     mesh_faces: object = None
     mass: float | None = None
     friction: float | None = None
+    half: str = ""
     ignored_keys: tuple[str, ...] = ()
 
 
@@ -199,12 +200,14 @@ def _from_arrays(arrays: dict[str, object], stem: str) -> RawCloud:
         points: object = np.concatenate(clouds)
     else:
         points = arrays["points"]
-    try:
-        optional["name"] = str(optional.get("name", stem))
-    except Exception as error:  # a string array may hold what is no character
-        raise InputError("'name' is not a text") from error
+    optional.setdefault("name", stem)
+    for key in TEXTS:
+        try:
+            optional[key] = str(optional.get(key, ""))
+        except Exception as error:  # a string array may hold what is no character
+            raise InputError(f"'{key}' is not a text") from error
     for key in NUMBERS:
         if key in optional:
             optional[key] = float(floats(optional[key], key, ()))
-    ignored = sorted(set(arrays) - {"points", *cameras, *OPTIONAL_KEYS, *UNUSED_KEYS})
+    ignored = sorted(set(arrays) - {"points", *cameras, *OPTIONAL_KEYS})
     return RawCloud(points=points, ignored_keys=tuple(ignored), **optional)  # type: ignore[arg-type]

@@ -94,6 +94,7 @@ class Observation:
     friction: float | None = None  # true coefficient between a fingertip and the body
     notes: tuple[str, ...] = ()  # a sentence for each thing dropped or assumed
     source: str | None = None  # the file it was read from
+    half: str = ""  # of a problem set: choosing, reporting, or none
 
 
 def load(
@@ -129,7 +130,7 @@ def load(
             notes=[f"Ignored the unknown keys {', '.join(raw.ignored_keys)}."] if raw.ignored_keys else [],
             settings=settings,
         )
-        return replace(observation, source=str(path))
+        return replace(observation, source=str(path), half=raw.half)
     except InputError as error:
         line = "".join(letter if letter.isprintable() else "?" for letter in f"{path}: {error}")
         raise InputError(line) from error
