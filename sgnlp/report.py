@@ -106,9 +106,12 @@ def headline(plan: Plan) -> str:
 
 
 def simulation_table(outcomes: Sequence[Outcome]) -> Table:
-    """One row a simulated grasp, in the order of their ranks."""
-    columns = ("ending", "score", "strict", "rise [mm]", "slip [mm]", "pushes", "before contact [mm]", "off plan [mm]")
-    table = _table("Simulated", "grasp", *columns)
+    """One row a simulated grasp, in the order of their ranks.
+
+    "moved" is the object's motion before the last pad touched, "off plan" that of its equilibrium from the plan's.
+    """
+    columns = ("ending", "score", "strict", "rise", "slip", "pushes", "moved", "off plan")
+    table = _table("Simulated; lengths in mm", "grasp", *columns)
     for rank, o in enumerate(outcomes):
         table.add_row(
             str(rank),
@@ -126,8 +129,8 @@ def simulation_table(outcomes: Sequence[Outcome]) -> Table:
 
 def touches_table(outcome: Outcome, hand: Hand, planned: Array) -> Table:
     """One row a finger of a simulated grasp; planned forces (m, 3) [N]."""
-    columns = ("touches [s]", "force [N]", "planned [N]", "off by [N]", "slip closing [mm]", "slip lifting [mm]")
-    table = _table("By finger", "finger", *columns)
+    columns = ("touches", "force", "planned", "off by", "slip closing", "lifting")
+    table = _table("First grasp, by finger; s, N and mm", "finger", *columns)
     closing, lift = outcome.closing, outcome.lift
     if closing is None:
         return table
