@@ -11,7 +11,7 @@ from sgnlp.kinematics import backend
 from sgnlp.native import library
 from sgnlp.toolchain import processor
 
-PACKAGES = ("sgnlp", "casadi", "pin", "example-robot-data", "numpy", "scipy", "open3d")
+PACKAGES = ("sgnlp", "casadi", "pin", "example-robot-data", "numpy", "scipy", "open3d", "mujoco", "coacd")
 
 
 def versions() -> dict[str, str]:

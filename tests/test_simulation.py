@@ -146,6 +146,19 @@ def experiment(name="box", settings=SETTINGS, **changes):
     return Experiment(replace(GRIPS[name], **changes), BODIES[name], HAND_LEFT, settings)
 
 
+def test_a_push_moves_the_object_its_way_and_leaves_nothing_behind():
+    run = experiment()
+    for phase in (run.close(), run.lift()):
+        for before in phase:
+            pass
+    state = run.data.qpos.copy()
+    for direction, along in {"+x": (1, 0, 0), "-y": (0, -1, 0), "-z": (0, 0, -1)}.items():
+        *_, after = run.push(direction)
+        assert (after.centre - before.centre) @ along > 1e-6
+        np.testing.assert_array_equal(run.data.qpos, state)
+        assert not run.data.xfrc_applied.any()
+
+
 def test_the_torques_are_those_of_the_impedance_control():
     run = experiment(targets=GRIPS["box"].targets + 0.01 * UP)
     for _ in zip(range(5), run.close(), strict=False):

@@ -34,6 +34,8 @@ class Simulate:
     """file with mesh_vertices and mesh_faces, in the cloud's frame; the file that was solved if not given"""
     hand: str | None = None
     """folder of the hand, if it is none of `sgnlp hands`"""
+    scale: float = 1.0
+    """factor of that file to metres, as given to `sgnlp solve`"""
     pictures: bool = False
     """draw the first grasp at the end of each phase into the folder"""
     settings: Annotated[SimulationSettings, tyro.conf.arg(name="")] = DEFAULTS
@@ -41,11 +43,11 @@ class Simulate:
 
     def run(self, console: Console) -> int:
         """Read, simulate, write, show."""
-        _require()
+        _require_mujoco()
         grasps = results.load_grasps(self.folder)
         hand = load_hand(self.hand or grasps.meta["hand"], grasps.meta["settings"]["spheres"])
         source = self._source(grasps)
-        thing = true_body(load(source))
+        thing = true_body(load(source, scale=self.scale))
         ranks = self._ranks(grasps)
         outcomes = []
         with bars(console) as bar:
@@ -87,7 +89,7 @@ class Simulate:
         console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)
 
 
-def _require() -> None:
+def _require_mujoco() -> None:
     pictures.headless()
     try:
         import mujoco  # noqa: F401

@@ -32,7 +32,7 @@ AXES = {"+x": (1, 0, 0), "-x": (-1, 0, 0), "+y": (0, 1, 0), "-y": (0, -1, 0), "+
 
 
 class Experiment:
-    """One grasp in the simulator. The phases are generators of readings, to be exhausted in their order."""
+    """One grasp in the simulator. The phases are generators of readings, to be taken in their order."""
 
     def __init__(self, command: Command, body: Body, hand: Hand, settings: SimulationSettings) -> None:
         import mujoco
@@ -82,10 +82,12 @@ class Experiment:
         before = copy.copy(self.data)
         weight = self.settings.push_weights * self.settings.mass * GRAVITY
         self.data.xfrc_applied[self.world.object_body, :3] = weight * np.array(AXES[direction])
-        for _ in range(round(self.settings.push_time / SAMPLE)):
-            yield self._advance(f"push {direction}")
-        self.data = before
-        self.recorder.forget()
+        try:
+            for _ in range(round(self.settings.push_time / SAMPLE)):
+                yield self._advance(f"push {direction}")
+        finally:
+            self.data = before
+            self.recorder.forget()
 
     def _advance(self, phase: str) -> Reading:
         import mujoco
