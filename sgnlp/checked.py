@@ -29,8 +29,9 @@ class Checked:
         flag = f"{self.section}.{name}".lstrip(".").replace("_", "-")
         if names and value not in names:
             raise unknown(f"value of --{flag}", value, names)
-        if isinstance(value, float | int) and not isfinite(value):
-            raise InputError(f"--{flag} must be a finite number, not {value}")
+        for number in value if isinstance(value, tuple) else (value,):
+            if isinstance(number, float | int) and not isfinite(number):
+                raise InputError(f"--{flag} must be a finite number, not {number}")
         low, high = self.valid.get(name, (-inf, inf))
         if name in self.valid and not low <= value <= high:
             bounds = f"at least {low:g}" if high == POSITIVE[1] else f"between {low:g} and {high:g}"

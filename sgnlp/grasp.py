@@ -21,11 +21,13 @@ class Grasp:
     gains: Any  # (m,) [N/m], k_i
     contacts: Any  # (m, 3) [m], p_i, centres of the tips at first contact
     contacts_eq: Any  # (m, 3) [m]
-    contacts_desired: Any  # (m, 3) [m], p_i + h e_z
+    contacts_desired: Any  # (m, 3) [m], where the contacts are to be at equilibrium: p_i itself if nothing is desired
     rotation: Any  # (3, 3)
+    rotation_desired: Any  # (3, 3)
     stiffness: Any  # () [N m], ρ
     forces: Any  # (m, 3) [N] at first contact
     forces_eq: Any  # (m, 3) [N]
+    wrench: Any  # (2, 3) [N], [N m], net force on the object at first contact and its torque about the centre of mass
     normals: Any  # (m, 3)
     normals_eq: Any  # (m, 3)
     gaps: Any  # (m,) [m], metric distance to the surface of the pads (of the centres, without pads)
@@ -35,7 +37,8 @@ class Grasp:
     target_means: Any  # (m,) [m], μ(o_i)
     spheres: Any  # (S, 3) [m]
     radii: Any  # (S,) [m]
-    object_clearances: Any  # (S,) [m]
+    object_clearances: Any  # (S - m,) [m], of every sphere but the pads
+    pad_clearances: Any  # (m,) [m], of the pads from the object at the pregrasp
     table_clearances: Any  # (S - m,) [m], of every sphere but the pads
     pad_heights: Any  # (m,) [m], of the pads over the table at the pregrasp
     pair_clearances: Any  # (P,) [m]

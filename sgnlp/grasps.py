@@ -41,7 +41,8 @@ class Grasps:
     margins_equilibrium: Array  # (G, m)
     contact_distance: Array  # (G, m) [m], of the pads to the surface
     contact_deviation: Array  # (G, m) [m], of the surface at the contacts
-    object_clearance: Array  # (G, S) [m]
+    object_clearance: Array  # (G, S - m) [m], of every sphere but the pads
+    pad_clearance: Array  # (G, m) [m], of the pads from the object at the pregrasp
     table_clearance: Array  # (G, S - m) [m], of every sphere but the pads
     pad_height: Array  # (G, m) [m], of the pads over the table at the pregrasp
     energy: Array  # (G,), exact and weighted
@@ -80,10 +81,18 @@ def stack(hand: Hand, solutions: Sequence[Solution], meta: dict[str, Any]) -> Gr
 def _no_rows(hand: Hand) -> dict[str, Any]:
     n, m, S = len(hand.joint_names), len(hand.fingers), len(hand.spheres)
     points = ("tips_pregrasp", "contacts", "contact_points", "targets", "normals", "contacts_eq")
-    numbers = ("gains", "margins_initial", "margins_equilibrium", "contact_distance", "contact_deviation", "pad_height")
+    numbers = (
+        "gains",
+        "margins_initial",
+        "margins_equilibrium",
+        "contact_distance",
+        "contact_deviation",
+        "pad_clearance",
+        "pad_height",
+    )
     shapes = dict.fromkeys((*points, "forces_initial", "forces_eq"), (m, 3)) | dict.fromkeys(numbers, (m,))
     shapes |= {"wrist": (7,), "joints": (n,), "rotation_eq": (3, 3), "translation_eq": (3,), "kkt": (3,)}
-    shapes |= {"object_clearance": (S,), "table_clearance": (S - m,), "energy_terms": (len(TERMS),)}
+    shapes |= {"object_clearance": (S - m,), "table_clearance": (S - m,), "energy_terms": (len(TERMS),)}
     kinds = {"feasible": bool, "violated": str, "status": str, "iterations": np.int64, "start": np.int64}
     names = [f.name for f in fields(Grasps) if f.name not in (*PER_HAND, "meta")]
     return {name: np.zeros((0, *shapes.get(name, ())), kinds.get(name, float)) for name in names}
@@ -111,6 +120,7 @@ def _row(s: Solution) -> dict[str, Any]:
         "contact_distance": g.gaps,
         "contact_deviation": g.contact_deviations,
         "object_clearance": g.object_clearances,
+        "pad_clearance": g.pad_clearances,
         "table_clearance": g.table_clearances,
         "pad_height": g.pad_heights,
         "energy": s.energy,

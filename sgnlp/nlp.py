@@ -45,11 +45,19 @@ class Structure:
     samples: int
     density: str
     equilibrium: str
+    metric: str = "spring"
+    heuristic: bool = False
+
+    @property
+    def traits(self) -> tuple[str, ...]:
+        """What constraints may need: the formulation, the metric, and whether the gains follow from the surface."""
+        return (self.formulation, self.metric, *(["heuristic"] if self.heuristic else []))
 
 
 def structure(contact: Contact, formulation: str) -> Structure:
     """The structure of a formulation, `penalty` or `constrained`, with the settings of contact."""
-    return Structure(formulation, contact.samples, contact.density, contact.equilibrium)
+    heuristic = contact.heuristic > 0
+    return Structure(formulation, contact.samples, contact.density, contact.equilibrium, contact.metric, heuristic)
 
 
 @dataclass(frozen=True)
@@ -88,7 +96,7 @@ def parameter_vector(hand: Hand) -> ParameterVector:
     """The blocks of p for a hand."""
     n = len(hand.joint_names)
     sizes = {"wrist": 7, "joints": n, "weights": len(TERMS), "c": 1, "friction": 1, "pad": 1, "foot": 1, "force_min": 1}
-    sizes |= {"lift": 1, "mass": 1, "com": 3, "table": 1, "ball_centre": 3, "ball_radius": 1}
+    sizes |= {"displacement": 3, "turn": 9, "mass": 1, "com": 3, "table": 1, "ball_centre": 3, "ball_radius": 1}
     widths = {"distance": 1, "collision": 1, "log_width": 1, "force": 1, "deviation": 1, "exponent": 1}
     return ParameterVector(sizes | widths)
 
@@ -107,13 +115,14 @@ def variable_units(hand: Hand) -> Array:
 def frame(hand: Hand, structure: Structure) -> dict[str, Any]:
     """The fields of an `Nlp` that need no symbolic function."""
     penalty = structure.formulation == "penalty"
+    terms = [t for t in TERMS if not t.metric or t.metric == structure.metric]
     return {
         "structure": structure,
         "hand": hand,
         "parameters": parameter_vector(hand),
         "layout": Layout(len(hand.fingers), structure.samples, len(hand.spheres)),
-        "terms_used": tuple(t for t in TERMS if penalty or not t.constrained_elsewhere),
-        "constraints": active(structure.formulation),
+        "terms_used": tuple(t for t in terms if penalty or not t.constrained_elsewhere),
+        "constraints": active(structure.traits),
         "units": variable_units(hand),
     }
 
@@ -220,14 +229,16 @@ class _Model:
         t = equilibrium.translation(R, p, o, k, par.mass)
         p_eq = chain.lift("contacts_eq", p @ R.T + ca.repmat(t.T, m, 1))
         gain = ca.repmat(k, 1, 3)
+        centre, turn = ca.repmat(par.com.T, m, 1), ca.reshape(par.turn, 3, 3)
+        arms, forces, load = p - centre, gain * (o - p), ca.vertcat(0, 0, -par.mass * equilibrium.GRAVITY)
         pad = par.pad * self.radii
         links = [i for i in range(len(hand.spheres)) if i not in hand.tip_spheres]
         radii = np.array([sphere.radius for sphere in hand.spheres])
         delta, V, D = self.displacements, self.layout.uncertain, self.layout.distances
         distance = chain.lift("distance", expand(self.jets[0], delta[:D, :]))
         variance = chain.lift("variance", expand(self.jets[1], delta[:V, :]))
+        clearances = distance[V : D - m] - radii
         deviation = ca.sqrt(ca.fmax(variance, 0) + MIN_DEVIATION**2)
-        lifts = ca.horzcat(ca.SX.zeros(m, 2), ca.repmat(par.lift, m, 1))
         pairs = [ca.norm_2(s[i, :] - s[j, :]) - radii[i] - radii[j] for i, j in hand.pairs]
         return Grasp(
             joints=par.joints + v[6:],
@@ -237,11 +248,13 @@ class _Model:
             gains=k,
             contacts=p,
             contacts_eq=p_eq,
-            contacts_desired=p + lifts,
+            contacts_desired=centre + arms @ turn.T + ca.repmat(par.displacement.T, m, 1),
             rotation=R,
+            rotation_desired=turn,
             stiffness=rho,
-            forces=gain * (o - p),
+            forces=forces,
             forces_eq=gain * (o - p_eq),
+            wrench=ca.vertcat(ca.sum1(forces) + load.T, ca.sum1(ca.cross(arms, forces, 2))),
             normals=normals,
             normals_eq=normals @ R.T,
             gaps=distance[D - m :] - (1 - par.foot) * pad,
@@ -251,7 +264,8 @@ class _Model:
             target_means=expand(self.jets[3], delta[D:, :]),
             spheres=s,
             radii=radii,
-            object_clearances=distance[V : D - m] - radii,
+            object_clearances=clearances[links],
+            pad_clearances=clearances[list(hand.tip_spheres)],
             table_clearances=(s[:, 2] - radii - par.table)[links],
             pad_heights=a[:, 2] - self.radii - par.table,
             pair_clearances=ca.vertcat(*pairs),

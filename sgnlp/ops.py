@@ -30,6 +30,7 @@ class Ops(Protocol):
     def hinge(self, d: Any) -> Any: ...  # noqa: D102
     def log(self, u: Any) -> Any: ...  # noqa: D102
     def least(self, bound: Any, f: Any) -> Any: ...  # noqa: D102
+    def residual(self, A: Any) -> Any: ...  # noqa: D102
     def fingers(self, x: Any, K: int) -> Any: ...  # noqa: D102
     def density(self, d: Any, s: Any) -> Any: ...  # noqa: D102
 
@@ -83,6 +84,10 @@ class Smooth:
         """min(bound, f) rounded over the width w."""
         return (bound + f - ca.sqrt((bound - f) ** 2 + self.force**2)) / 2
 
+    def residual(self, A: ca.SX) -> ca.SX:
+        """√(|a|² + w²) row by row (m,), the size of what is to vanish, w the width of forces."""
+        return ca.sqrt(ca.sum2(A**2) + self.force**2)
+
     def density(self, d: ca.SX, s: ca.SX) -> ca.SX:
         """Normal density of deviation s at d, s bounded below and the exponent bounded above."""
         s2 = s**2 + self.deviation**2
@@ -129,6 +134,10 @@ class Exact:
     def least(self, bound: Any, f: Any) -> Any:
         """min(bound, f)."""
         return np.minimum(bound, f)
+
+    def residual(self, A: Any) -> Any:
+        """|a| row by row."""
+        return np.linalg.norm(A, axis=1)
 
     def density(self, d: Any, s: Any) -> Any:
         """Normal density of deviation s at d."""

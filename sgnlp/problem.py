@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from pinocchio import exp3
 from threadpoolctl import threadpool_limits
 
-from sgnlp.constraints import active
 from sgnlp.energies import TERMS
 from sgnlp.errors import InputError
 from sgnlp.gpis import Gpis, fit
@@ -38,12 +38,25 @@ class Problem:
         return structure(self.settings.contact, formulation)
 
     def weights(self) -> Array:
-        """The weight of each of `energies.TERMS`; E_pose, where it has a weight, replaces the motion term."""
-        weights = [getattr(self.settings.weights, term.weight) for term in TERMS]
-        replaced = self.settings.weights.pose > 0
-        return np.array(
-            [0.0 if replaced and t.name == "reg_motion" else w for t, w in zip(TERMS, weights, strict=True)]
-        )
+        """The weight of each of `energies.TERMS`; 0 for another metric and for the motion if E_pose replaces it."""
+        metric = self.settings.contact.metric
+        others = {t.name for t in TERMS if t.metric not in ("", metric)} | ({"reg_motion"} if self.moves else set())
+        return np.array([0.0 if t.name in others else getattr(self.settings.weights, t.weight) for t in TERMS])
+
+    @property
+    def moves(self) -> bool:
+        """Whether the object is to move on the way to the equilibrium: E_pose has a weight."""
+        return self.settings.weights.pose > 0
+
+    @property
+    def displacement(self) -> Array:
+        """Desired displacement (3,) [m] of the object's middle on the way to the equilibrium."""
+        return np.array(self.settings.contact.displacement) * self.moves
+
+    @property
+    def turn(self) -> Array:
+        """Desired rotation (3, 3) of the object about its middle."""
+        return exp3(np.array(self.settings.contact.turn) * self.moves)
 
     def parameters(self, nlp: Nlp, wrist: Array, joints: Array) -> Array:
         """The parameter vector for the seed pose `wrist` (7) and `joints` (n)."""
@@ -58,7 +71,8 @@ class Problem:
                 "pad": float(contact.pad),
                 "foot": float(nlp.structure.formulation == "constrained"),
                 "force_min": self.settings.limits.force_min,
-                "lift": contact.lift,
+                "displacement": self.displacement,
+                "turn": self.turn.ravel(order="F"),
                 "mass": contact.mass,
                 "com": self.com,
                 "table": self.table_height,
@@ -85,17 +99,23 @@ class Problem:
         return np.concatenate(low) / nlp.units, np.concatenate(high) / nlp.units
 
     def gain_bounds(self) -> tuple[Array, Array]:
-        """Bounds (m,) of the gains [N/m]: those of the settings within those of the hand."""
-        low = np.maximum(self.settings.limits.gain_min, self.hand.gain_lower)
-        high = np.minimum(self.settings.limits.gain_max, self.hand.gain_upper)
+        """Bounds (m,) of the gains [N/m]: those of the settings, for free gains, within those of the hand."""
+        limits, low, high = self.settings.limits, self.hand.gain_lower, self.hand.gain_upper
+        flags = "--limits.gain-min and --limits.gain-max leave"
+        if limits.gain_fixed > 0:
+            flags = "--limits.gain-fixed leaves"
+            low = np.maximum(low, limits.gain_fixed * self.hand.gain_initial)
+            high = np.minimum(high, limits.gain_fixed * self.hand.gain_initial)
+        elif self.settings.contact.heuristic == 0:
+            low, high = np.maximum(low, limits.gain_min), np.minimum(high, limits.gain_max)
         if (low > high).any():
             spans = f"{self.hand.gain_lower.min():g} to {self.hand.gain_upper.max():g} N/m"
-            raise InputError(f"--limits.gain-min and --limits.gain-max leave nothing of the hand's gains, {spans}")
+            raise InputError(f"{flags} nothing of the hand's gains, {spans}")
         return low, high
 
     def row_bounds(self, nlp: Nlp) -> tuple[Array, Array]:
         """Bounds (ng,) of the scaled rows."""
-        bounds = [np.array(c.bounds(self.settings)) / c.scale for c in active(nlp.structure.formulation)]
+        bounds = [np.array(c.bounds(self.settings)) / c.scale for c in nlp.constraints]
         rows = np.repeat(np.array(bounds), nlp.row_sizes, axis=0)
         return rows[:, 0], rows[:, 1]
 

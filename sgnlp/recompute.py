@@ -40,6 +40,8 @@ def recompute(problem: Problem, wrist: Array, joints: Array, targets: Array, gai
     tip_radii = np.array([finger.radius for finger in hand.fingers])
     pad = tip_radii * contact.pad
     radii = np.array([sphere.radius for sphere in hand.spheres])
+    forces, load = k[:, None] * (o - p), np.array([0.0, 0.0, contact.mass * GRAVITY])
+    clearances = gpis.distance(s) - radii
     along = np.linspace(0.0, 1.0, K)[None, :, None]  # from the pregrasp tip to the target
     path = (along * o[:, None] + (1 - along) * a[:, None]).reshape(-1, 3)
     normals = gpis.normal(p)
@@ -53,11 +55,13 @@ def recompute(problem: Problem, wrist: Array, joints: Array, targets: Array, gai
         gains=k,
         contacts=p,
         contacts_eq=p_eq,
-        contacts_desired=p + np.array([0.0, 0.0, contact.lift]),
+        contacts_desired=problem.com + problem.displacement + (p - problem.com) @ problem.turn.T,
         rotation=R,
+        rotation_desired=problem.turn,
         stiffness=rho,
-        forces=k[:, None] * (o - p),
+        forces=forces,
         forces_eq=k[:, None] * (o - p_eq),
+        wrench=np.stack([forces.sum(axis=0) - load, np.cross(p - problem.com, forces).sum(axis=0)]),
         normals=normals,
         normals_eq=normals @ R.T,
         gaps=gpis.distance(p - pad[:, None] * normals),
@@ -67,7 +71,8 @@ def recompute(problem: Problem, wrist: Array, joints: Array, targets: Array, gai
         target_means=gpis.mean(o),
         spheres=s,
         radii=radii,
-        object_clearances=gpis.distance(s) - radii,
+        object_clearances=np.delete(clearances, hand.tip_spheres),
+        pad_clearances=clearances[list(hand.tip_spheres)],
         table_clearances=np.delete(s[:, 2] - radii, hand.tip_spheres) - problem.table_height,
         pad_heights=a[:, 2] - tip_radii - problem.table_height,
         pair_clearances=np.linalg.norm(s[first] - s[second], axis=1) - radii[first] - radii[second],

@@ -1,5 +1,6 @@
 """Every number that a user may change, with its source. Settings are frozen; presets are instances."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal
 
@@ -60,7 +61,7 @@ class Weights(Checked):
 
     section = "weights"
     valid: ClassVar[dict[str, Interval]] = dict.fromkeys(
-        ("sp", "dist", "uncer", "gain", "tar", "col", "reg", "force", "pose", "stability"), NOT_NEGATIVE
+        ("sp", "dist", "uncer", "gain", "tar", "col", "reg", "force", "pose", "stability", "closure"), NOT_NEGATIVE
     )
 
     sp: float = 200.0
@@ -68,7 +69,7 @@ class Weights(Checked):
     dist: float = 1e4
     """distance of the contacts to the surface [1/m]"""
     uncer: float = 20.0
-    """prominence of the contact density along the finger's path"""
+    """prominence of the contact density along the finger's path; deviation at the contacts [1/m] for force closure"""
     gain: float = 0.5
     """sum of the gains [m/N]"""
     tar: float = 1000.0
@@ -83,6 +84,8 @@ class Weights(Checked):
     """fingertips off their desired place at equilibrium [1/m]; above 0 it replaces the motion in `reg`"""
     stability: float = 1.0
     """log of the equilibrium's stiffness: without it targets drift together until the equilibrium is undefined"""
+    closure: float = 200.0
+    """net force and torque of the contact forces [1/N], where `contact.metric` is closure (paper: 200)"""
 
 
 @dataclass(frozen=True)
@@ -95,8 +98,13 @@ class Contact(Checked):
         "friction": POSITIVE,
         "samples": (2, 1000),
         "mass": NOT_NEGATIVE,
+        "heuristic": NOT_NEGATIVE,
     }
 
+    metric: Literal["spring", "closure"] = "spring"
+    """spring: the equilibrium that springs pull the object to; closure: force closure at first contact (bilevel)"""
+    heuristic: float = 0.0
+    """α of gains k = α/σ that the contacts' deviations dictate [N]; 0 leaves the gains free"""
     c: float = 0.7
     """contact p = o + c (a - o) between target o and pregrasp tip a (paper: 0.7)"""
     friction: float = 1.0
@@ -109,8 +117,10 @@ class Contact(Checked):
     """E_uncer from each contact's share of the density on its path (release), or from the density [1/m] (paper)"""
     mass: float = 0.0
     """mass of the object [kg]; 0 leaves gravity out of the equilibrium, as the paper"""
-    lift: float = 0.01
-    """desired rise of the contacts at equilibrium [m], used when `weights.pose` > 0 (paper: 1 cm)"""
+    displacement: tuple[float, float, float] = (0.0, 0.0, 0.01)
+    """desired displacement of the object's middle at equilibrium [m], if `weights.pose` > 0 (paper: up by 1 cm)"""
+    turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """desired rotation vector of the object about its middle at equilibrium [rad], if `weights.pose` > 0"""
     equilibrium: Literal["exact", "printed"] = "exact"
     """exact: the minimiser of the spring energy; printed: the paper's Algorithm 1, for comparison only"""
 
@@ -130,6 +140,7 @@ class Limits(Checked):
         "shift": POSITIVE,
         "gain_min": POSITIVE,
         "gain_max": POSITIVE,
+        "gain_fixed": NOT_NEGATIVE,
         "wrist_travel": POSITIVE,
     }
 
@@ -151,6 +162,8 @@ class Limits(Checked):
     """least gain [N/m] (release: clamped at 40)"""
     gain_max: float = 400.0
     """largest gain [N/m]"""
+    gain_fixed: float = 0.0
+    """fix every gain at this many times the hand's initial gain; 0 leaves them free between the two above"""
     table_margin: float = 0.0
     """least clearance over the table of every sphere but the pads, at the pregrasp [m]"""
     pad_margin: float = 0.002
@@ -183,7 +196,7 @@ class Smoothing(Checked):
     log: float = 0.02
     """η of log u → log((u + √(u² + 4η²))/2)"""
     force: float = 0.1
-    """width of min(f_min, |f|) [N]"""
+    """width of min(f_min, |f|), and of |F| → √(|F|² + w²) for the net force and torque of force closure [N, N m]"""
     deviation: float = 5e-4
     """floor of the metric deviation in the contact density [m]"""
     exponent: float = 30.0
@@ -235,14 +248,11 @@ class Settings(Checked):
     solver: Solver = field(default_factory=Solver)
     spheres: Literal["cover", "paper"] = "cover"
     """collision spheres: cover the meshes of every link, or the paper's 16"""
-    rank_by: Literal["margin", "energy", "stiffness"] = "margin"
-    """key of the ranking among feasible grasps: worst margin, exact energy or stiffness ρ"""
+    rank_by: Literal["margin", "margin_initial", "energy", "stiffness"] = "margin"
+    """key of the ranking among feasible grasps: worst margin, that at first contact, exact energy or stiffness ρ"""
 
 
-PAPER = Settings(
-    limits=Limits(force_max=1e3),
-    spheres="paper",
-)
+PAPER = Settings(limits=Limits(force_max=1e3), spheres="paper")
 """The paper's weights with its errata corrected."""
 
 ROBUST = Settings(
@@ -252,11 +262,39 @@ ROBUST = Settings(
 )
 """What held best in simulation: more force, stiffer springs, a reserve of friction, the whole hand covered."""
 
-PRESETS = {"robust": ROBUST, "paper": PAPER}
+VARIANTS: dict[str, Callable[[Settings], Settings]] = {
+    "bilevel-high": lambda s: _closure(s, gain_fixed=2.0),
+    "bilevel-low": lambda s: _closure(s, gain_fixed=1.0),
+    "bilevel-heuristic": lambda s: _closure(s, heuristic=1.6),
+    "no-uncertainty": lambda s: replace(s, weights=replace(s.weights, uncer=0.0)),
+    "no-pregrasp": lambda s: replace(s, contact=replace(s.contact, c=1.0)),
+    "no-pad": lambda s: replace(s, contact=replace(s.contact, pad=False)),
+    "printed-equilibrium": lambda s: replace(s, contact=replace(s.contact, equilibrium="printed")),
+    "lift": lambda s: replace(s, weights=replace(s.weights, pose=2000.0)),  # the release's for motion
+}
+"""The paper's baselines, ablations and study of object motion, each a change of some settings.
+
+α = 1.6 N (the paper gives none) has 110 N/m at the median contact, 14 mm, and the hand's 40 to 400 N/m at 40 and 4 mm.
+"""
+
+
+def _closure(s: Settings, gain_fixed: float = 0.0, heuristic: float = 0.0) -> Settings:
+    """Force closure in the place of the compliant equilibrium, which then has no say in the ranking either."""
+    contact = replace(s.contact, metric="closure", heuristic=heuristic)
+    return replace(s, contact=contact, limits=replace(s.limits, gain_fixed=gain_fixed), rank_by="margin_initial")
+
+
+PRESETS = {"robust": ROBUST, "paper": PAPER} | {name: change(ROBUST) for name, change in VARIANTS.items()}
 
 
 def preset(name: str) -> Settings:
-    """The preset called `name`; raises `InputError` with the valid names."""
-    if name not in PRESETS:
-        raise unknown("preset", name, PRESETS)
-    return PRESETS[name]
+    """The preset `name` or one with variants, "paper+bilevel-low"; raises `InputError` with the valid names."""
+    first, *variants = name.split("+")
+    if first not in PRESETS:
+        raise unknown("preset", first, PRESETS)
+    settings = PRESETS[first]
+    for variant in variants:
+        if variant not in VARIANTS:
+            raise unknown("variant of a preset", variant, VARIANTS)
+        settings = VARIANTS[variant](settings)
+    return settings

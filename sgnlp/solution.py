@@ -26,6 +26,8 @@ MAX_PENETRATION = 1e-3
 """Largest penetration of a sphere that counts as clear [m]."""
 FORCE_SHARE = 0.9
 """Share of f_min that a finger must give at least."""
+MAX_RESIDUAL = 1e-3
+"""Largest |Σ F| + |Σ (p - c_g) × F| that counts as force closure [N and N m]; a solver meets it to 1e-6."""
 SOLVED_FACTOR = 10.0
 """Ipopt's tolerance is on its internally scaled problem; ours is on the problem as posed."""
 JOINT_SLACK = 1e-6
@@ -124,29 +126,49 @@ def solution(problem: Problem, start: Start, iterate: Iterate, units: Array) -> 
 
 
 def feasibility(problem: Problem, g: Grasp, initial: Array, equilibrium: Array) -> tuple[Check, ...]:
-    """The conditions of a feasible grasp, each with its value."""
-    hand, force = problem.hand, np.linalg.norm(g.forces_eq, axis=1)
+    """The conditions of a feasible grasp, each with its value: those of the metric, then those of every grasp."""
+    hand, contact = problem.hand, problem.settings.contact
     limit = min((g.joints - hand.lower).min(), (hand.upper - g.joints).min())
-    force_min = problem.settings.limits.force_min
+    pads = g.pad_clearances if contact.c < 1 else g.pad_clearances[:0]  # without a pregrasp they touch
+    clearance = np.concatenate([g.object_clearances, pads]).min()
     penetration = -1e3 * MAX_PENETRATION
+    metric = _compliance(problem, g, equilibrium) if contact.metric == "spring" else _closure(problem, g)
     return (
         Check("margin at first contact", float(initial.min()), -MARGIN_SLACK, ""),
-        Check("margin at equilibrium", float(equilibrium.min()), -MARGIN_SLACK, ""),
+        *metric,
         Check("contact distance", -1e3 * float(np.abs(g.gaps).max()), -1e3 * MAX_GAP, "mm"),
-        Check("object clearance", 1e3 * float(g.object_clearances.min()), penetration, "mm"),
+        Check("object clearance", 1e3 * float(clearance), penetration, "mm"),
         Check("table clearance", 1e3 * float(min(g.table_clearances.min(), g.pad_heights.min())), penetration, "mm"),
         Check("self clearance", 1e3 * float(g.pair_clearances.min(initial=np.inf)), penetration, "mm"),
         Check("joint limits", float(limit), -JOINT_SLACK, "rad"),
-        Check("force", float(force.min()), FORCE_SHARE * force_min, "N"),
-        Check("stiffness", 1e3 * float(g.stiffness), 1e-3, "mN m"),
         Check("surface model", 1e3 * float(g.ball_clearances.min()), 0.0, "mm"),
     )
 
 
+def _compliance(problem: Problem, g: Grasp, equilibrium: Array) -> tuple[Check, ...]:
+    """A stable equilibrium that the contacts hold with enough force."""
+    force = np.linalg.norm(g.forces_eq, axis=1)
+    return (
+        Check("margin at equilibrium", float(equilibrium.min()), -MARGIN_SLACK, ""),
+        Check("force", float(force.min()), FORCE_SHARE * problem.settings.limits.force_min, "N"),
+        Check("stiffness", 1e3 * float(g.stiffness), 1e-3, "mN m"),
+    )
+
+
+def _closure(problem: Problem, g: Grasp) -> tuple[Check, ...]:
+    """Force closure at first contact; the equilibrium has no say."""
+    press = -(g.forces * g.normals).sum(axis=1)
+    return (
+        Check("force closure", -float(np.linalg.norm(g.wrench, axis=1).sum()), -MAX_RESIDUAL, "N"),
+        Check("normal force", float(press.min()), FORCE_SHARE * problem.settings.limits.force_min, "N"),
+    )
+
+
 def rank(solutions: list[Solution], key: str) -> list[Solution]:
-    """Feasible first, then best first by `key`: margin, energy or stiffness; ties by start."""
+    """Feasible first, then best first by `key`, one of `Settings.rank_by`; ties by start."""
     value = {
         "margin": lambda s: -s.worst_margin,
+        "margin_initial": lambda s: -s.margins_initial.min(),
         "energy": lambda s: s.energy,
         "stiffness": lambda s: -s.grasp.stiffness,
     }[key]

@@ -21,7 +21,7 @@ def meta(plan: Plan) -> dict[str, Any]:
         "input_digest": observation.digest,
         "table_height": observation.table_height,
         "hand": plan.problem.hand.name,
-        "settings": asdict(plan.problem.settings),
+        "settings": asdict(plan.problem.settings, dict_factory=_plain),
         "seed": plan.seed,
         "starts": len(plan.solutions) + len(plan.failures),
         "timeout": plan.timeout,
@@ -31,6 +31,11 @@ def meta(plan: Plan) -> dict[str, Any]:
         "machine": machine(),
         "seconds": plan.seconds | {"jobs": plan.jobs},
     }
+
+
+def _plain(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A mapping as JSON reads it back: with lists for tuples."""
+    return {name: list(value) if isinstance(value, tuple) else value for name, value in pairs}
 
 
 def arrays(plan: Plan) -> Grasps:

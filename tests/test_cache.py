@@ -10,7 +10,7 @@ from scenes import hand
 from sgnlp import compiled, toolchain
 from sgnlp.cli import compiling, run
 from sgnlp.nlp import Structure
-from sgnlp.settings import ROBUST
+from sgnlp.settings import PRESETS, ROBUST
 
 SMALL = ("--spheres", "paper", "--contact.samples", "2", "--solver.formulation", "penalty")
 
@@ -56,6 +56,8 @@ def test_a_plan_with_interpreted_functions_names_the_command_that_compiles_them(
     assert "'sgnlp cache --build --spheres paper --contact.samples 4' compiles them" in capfd.readouterr().out
     compiling.offer(console, hand("paper"), "some/folder", settings)
     assert "cache --build --hand some/folder --spheres paper" in capfd.readouterr().out
+    compiling.offer(console, hand(), "allegro_left", PRESETS["bilevel-heuristic"])
+    assert "cache --build --contact.metric closure --contact.heuristic 1.6' compiles" in capfd.readouterr().out
     compiling.offer(console, hand("paper"), "x", replace(settings, solver=replace(settings.solver, compiled=False)))
     assert capfd.readouterr().out == ""
     monkeypatch.setenv("CC", "no-such-compiler")

@@ -73,12 +73,14 @@ def test_another_hand_preset_structure_or_compiler_has_another_key(monkeypatch):
     keys |= {
         compiled.path(hand(), replace(STRUCTURE, samples=3)),
         compiled.path(hand(), replace(STRUCTURE, density="x")),
+        compiled.path(hand(), replace(STRUCTURE, metric="closure")),
+        compiled.path(hand(), replace(STRUCTURE, metric="closure", heuristic=True)),
     }
     monkeypatch.setattr(ca, "__version__", "0.0.0")
     keys.add(compiled.path(hand(), STRUCTURE))
     monkeypatch.setenv("CC", "true")
     keys.add(compiled.path(hand(), STRUCTURE))
-    assert len(keys) == 6
+    assert len(keys) == 8
 
 
 def test_the_key_covers_every_module_that_a_program_is_made_of():

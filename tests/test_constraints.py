@@ -11,9 +11,16 @@ from sgnlp.constraints import CONSTRAINTS, active
 from sgnlp.equilibrium import GRAVITY
 from sgnlp.grasp import Grasp
 from sgnlp.ops import Exact
-from sgnlp.settings import PAPER, ROBUST, Limits
+from sgnlp.recompute import rotation_angle
+from sgnlp.settings import PRESETS, ROBUST, Limits
 
 HEAVY = replace(SMALL, contact=replace(SMALL.contact, mass=0.2))
+MOVED = replace(
+    HEAVY,
+    contact=replace(HEAVY.contact, displacement=(0.0, 0.0, 0.01), turn=(0.1, 0.2, -0.1)),
+    weights=replace(HEAVY.weights, pose=1.0),
+)
+CLOSURE = replace(HEAVY, contact=replace(HEAVY.contact, metric="closure", heuristic=1.6))
 NAMES = [c.name for c in CONSTRAINTS]
 
 
@@ -42,12 +49,19 @@ FORMULAS = {
     "force": lambda g: np.sqrt((g.forces_eq**2).sum(axis=1)),
     "shift": lambda g: np.linalg.norm(g.contacts_eq - g.contacts, axis=1),
     "object": lambda g: g.object_clearances,
+    "pads_object": lambda g: g.pad_clearances,
     "table": lambda g: g.table_clearances,
     "pads_table": lambda g: g.pad_heights,
     "self": lambda g: g.pair_clearances,
     "contact_table": lambda g: g.contact_heights,
     "equilibrium_table": lambda g: g.contact_heights_eq,
     "sag": lambda g: g.gains.sum(),
+    "cone": lambda g: margin(g.forces, g.normals, g.friction),
+    "press": lambda g: [-k * (o - p) @ n for k, o, p, n in zip(g.gains, g.targets, g.contacts, g.normals, strict=True)],
+    "force_initial": lambda g: np.sqrt((g.forces**2).sum(axis=1)),
+    "net_force": lambda g: (g.gains[:, None] * (g.targets - g.contacts)).sum(axis=0) - [0, 0, 0.2 * GRAVITY],
+    "net_torque": lambda g: sum(np.cross(p - posed(HEAVY).com, f) for p, f in zip(g.contacts, g.forces, strict=True)),
+    "gains": lambda g: g.gains * g.contact_deviations,
 }
 
 
@@ -73,12 +87,16 @@ BAD = {  # what makes a grasp violate each constraint, and what does not
     "contact": ({"gaps": np.array([0, 0, 1e-4, 0])}, {"gaps": np.zeros(4)}),
     "force": ({"forces_eq": np.full((4, 3), 1.0)}, {"forces_eq": np.full((4, 3), 3.0)}),
     "object": ({"object_clearances": np.array([0.1, -1e-4])}, {"object_clearances": np.array([0.1, 1e-4])}),
+    "pads_object": ({"pad_clearances": np.array([0.1, -1e-4])}, {"pad_clearances": np.array([0.1, 1e-4])}),
     "table": ({"table_clearances": np.array([0.1, 0.0])}, {"table_clearances": np.array([0.1, 0.05])}),
     "pads_table": ({"pad_heights": np.array([0.1, -1e-3])}, {"pad_heights": np.array([0.1, 0.05])}),
     "self": ({"pair_clearances": np.array([0.1, -1e-4])}, {"pair_clearances": np.array([0.1, 1e-4])}),
     "contact_table": ({"contact_heights": np.array([-1e-4])}, {"contact_heights": np.array([1e-4])}),
     "equilibrium_table": ({"contact_heights_eq": np.array([-1e-4])}, {"contact_heights_eq": np.array([1e-4])}),
     "sag": ({"gains": np.full(4, 40.0)}, {"gains": np.full(4, 60.0)}),  # 0.2 kg over 1 cm: 196 N/m
+    "force_initial": ({"forces": np.full((4, 3), 7.0)}, {"forces": np.full((4, 3), 3.0)}),
+    "net_force": ({"wrench": np.array([[0, 1e-4, 0], [0, 0, 0]])}, {"wrench": np.zeros((2, 3))}),
+    "net_torque": ({"wrench": np.array([[0, 0, 0], [0, 1e-4, 0]])}, {"wrench": np.zeros((2, 3))}),
 }
 
 
@@ -111,25 +129,65 @@ def test_the_sag_bound_keeps_the_weight_from_moving_the_object_farther_than_the_
 
 
 def test_the_penalty_formulation_keeps_only_what_makes_it_well_posed():
-    assert [c.name for c in active("penalty")] == ["stiffness", "rotation", "workspace"]
-    assert active("constrained") == CONSTRAINTS
+    assert [c.name for c in active(("penalty", "spring"))] == ["stiffness", "rotation", "workspace"]
+    assert [c.name for c in active(("penalty", "closure"))] == ["workspace", "cone", "press"]
     assert len(set(NAMES)) == len(NAMES)
 
 
+def test_a_metric_has_its_own_constraints_and_those_of_every_grasp():
+    spring, closure = ({c.name for c in active(("constrained", metric))} for metric in ("spring", "closure"))
+    assert {"contact", "object", "table", "self", "workspace"} <= spring & closure
+    assert closure - spring == {"cone", "press", "force_initial", "net_force", "net_torque"}
+    assert {"stiffness", "rotation", "margin_equilibrium", "force", "shift", "sag"} <= spring - closure
+    for formulation in ("penalty", "constrained"):
+        free, bound = (active((formulation, "closure", *more)) for more in ([], ["heuristic"]))
+        assert {c.name for c in bound} - {c.name for c in free} == {"gains"}
+
+
+def test_the_gains_of_the_heuristic_are_inverse_to_the_deviations(g):
+    assert not violated("gains", replace(g, gains=1.6 / np.full(4, 0.02), contact_deviations=np.full(4, 0.02)), CLOSURE)
+    assert violated("gains", replace(g, gains=np.full(4, 90.0), contact_deviations=np.full(4, 0.02)), CLOSURE)
+
+
+def test_forces_that_hardly_press_violate_the_least_normal_force_whatever_their_size(g):
+    across = np.cross(g.normals, [0.0, 0.0, 1.0])
+    assert violated("press", replace(g, forces=9 * across - 3.9 * g.normals))
+    assert not violated("press", replace(g, forces=9 * across - 4.1 * g.normals))
+
+
+def test_without_a_pregrasp_the_pads_need_no_clearance_from_the_object(g):
+    touching = replace(g, pad_clearances=np.full(4, -2e-3))
+    assert violated("pads_object", touching)
+    assert not violated("pads_object", touching, replace(HEAVY, contact=replace(HEAVY.contact, c=1.0)))
+
+
+def test_shift_and_rotation_are_bounded_about_the_desired_pose():
+    g, limit = random_grasp(MOVED, 0), MOVED.limits.rotation_deg
+    there = replace(g, contacts_eq=g.contacts_desired, rotation=g.rotation_desired)
+    assert not violated("shift", there, MOVED)
+    assert not violated("rotation", there, MOVED)
+    assert violated("shift", replace(there, contacts_eq=g.contacts), MOVED)
+    assert violated("rotation", replace(there, rotation=np.eye(3)), MOVED)
+    assert np.degrees(rotation_angle(g.rotation_desired)) > limit
+    assert not violated("rotation", replace(there, rotation=turned(limit - 1) @ g.rotation_desired), MOVED)
+    assert violated("rotation", replace(there, rotation=turned(limit + 1) @ g.rotation_desired), MOVED)
+
+
+@pytest.mark.parametrize("settings", [HEAVY, CLOSURE], ids=["spring", "closure"])
 @pytest.mark.parametrize("formulation", ["penalty", "constrained"])
-def test_the_bounds_of_the_rows_are_those_of_the_settings_in_scaled_units(formulation):
-    nlp, problem = oracle(HEAVY, formulation).nlp, posed(HEAVY)
+def test_the_bounds_of_the_rows_are_those_of_the_settings_in_scaled_units(formulation, settings):
+    nlp, problem = oracle(settings, formulation).nlp, posed(settings)
     low, high = problem.row_bounds(nlp)
     assert len(low) == len(high) == sum(nlp.row_sizes)
     start = 0
     for constraint, size in zip(nlp.constraints, nlp.row_sizes, strict=True):
-        bounds = constraint.bounds(HEAVY)
+        bounds = constraint.bounds(settings)
         np.testing.assert_allclose(low[start : start + size] * constraint.scale, bounds[0])
         np.testing.assert_allclose(high[start : start + size] * constraint.scale, bounds[1])
         start += size
 
 
-@pytest.mark.parametrize("settings", [PAPER, ROBUST], ids=["paper", "robust"])
+@pytest.mark.parametrize("settings", PRESETS.values(), ids=PRESETS)
 def test_no_preset_has_an_empty_interval(settings):
     for constraint in CONSTRAINTS:
         low, high = constraint.bounds(settings)
@@ -137,7 +195,7 @@ def test_no_preset_has_an_empty_interval(settings):
 
 
 def test_each_limit_moves_a_bound():
-    fixed = {"gain_min", "gain_max", "wrist_travel"}  # bounds of variables
+    fixed = {"gain_min", "gain_max", "gain_fixed", "wrist_travel"}  # bounds of variables
     for name, limit in vars(HEAVY.limits).items():
         if name not in fixed:
             other = replace(HEAVY, limits=Limits(**vars(HEAVY.limits) | {name: limit + 1e-3}))

@@ -7,21 +7,34 @@ import numpy as np
 import pytest
 from finite_differences import assert_jacobian, jacobian
 from scenes import SMALL, block, exact_grasp, oracle, posed, random_grasp, random_point
+from scipy.spatial.transform import Rotation
 
 from sgnlp.energies import TERMS
 from sgnlp.energies.collision import SLOPE
 from sgnlp.energies.contact import FAINT_DENSITY
 from sgnlp.energies.spring import margins
+from sgnlp.equilibrium import GRAVITY
 from sgnlp.grasp import Grasp
 from sgnlp.nlp import ENERGY_UNIT
 from sgnlp.ops import Exact
 from sgnlp.settings import Settings, Smoothing, Weights
 
-HEAVY = replace(SMALL, contact=replace(SMALL.contact, mass=0.2))
+DISPLACEMENT, TURN = (0.004, -0.003, 0.01), (0.1, -0.2, 0.15)
+HEAVY = replace(
+    SMALL,
+    contact=replace(SMALL.contact, mass=0.2, displacement=DISPLACEMENT, turn=TURN),
+    weights=replace(SMALL.weights, pose=50.0),
+)
+CLOSURE = replace(HEAVY, contact=replace(HEAVY.contact, metric="closure"))
 DENSITY = replace(HEAVY, contact=replace(HEAVY.contact, density="density"))
 SHARP = Smoothing(distance=1e-9, collision=1e-9, log=1e-9, force=1e-9, deviation=1e-9, exponent=1e9)
 NAMES = [term.name for term in TERMS]
 SEEDS = (0, 5)
+
+
+def settings_of(name: str) -> Settings:
+    """Settings of a metric that has the term."""
+    return CLOSURE if TERMS[NAMES.index(name)].metric == "closure" else HEAVY
 
 
 def value(name: str, g: Grasp) -> float:
@@ -51,16 +64,17 @@ def gradients_by_differences(settings: Settings, seed: int) -> np.ndarray:
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("name", NAMES)
 def test_the_gradient_of_a_term_matches_differences(name, seed):
-    functions, x, p = only(name, HEAVY, seed)
+    functions, x, p = only(name, settings_of(name), seed)
     f, g = functions.gradient(x, p)
-    expected = gradients_by_differences(HEAVY, seed)[NAMES.index(name)]
+    row = [term.name for term in functions.nlp.terms_used].index(name)
+    expected = gradients_by_differences(settings_of(name), seed)[row]
     np.testing.assert_allclose(ENERGY_UNIT * np.array(g).ravel(), expected, atol=1e-6 * np.abs(expected).max())
-    assert ENERGY_UNIT * float(f) == pytest.approx(float(functions.terms(x, p)[NAMES.index(name)]), rel=1e-12)
+    assert ENERGY_UNIT * float(f) == pytest.approx(float(functions.terms(x, p)[row]), rel=1e-12)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_hessian_of_a_term_matches_differences_of_its_gradient(name):
-    functions, x, p = only(name, HEAVY, SEEDS[0])
+    functions, x, p = only(name, settings_of(name), SEEDS[0])
     H = np.array(functions.hessian(x, p, 1.0, np.zeros(sum(functions.nlp.row_sizes))))
     H = H + np.triu(H, 1).T
     assert_jacobian(lambda y: np.array(functions.gradient(y, p)[1]).ravel(), H, x, 1e-6, floor=1e-6)
@@ -98,7 +112,8 @@ def prominence(g: Grasp, share: bool) -> float:
 
 
 def penetration(g: Grasp) -> float:
-    clearances = np.concatenate([g.pair_clearances, g.object_clearances, g.table_clearances])
+    pads = [g.pad_clearances, g.pad_heights]
+    clearances = np.concatenate([g.pair_clearances, g.object_clearances, g.table_clearances, *pads])
     return float(-clearances[clearances < 0].sum())
 
 
@@ -117,11 +132,25 @@ FORMULAS = {
     "reg_joints": lambda g: sum((q - r) ** 2 for q, r in zip(g.joints, g.reference, strict=True)),
     "reg_motion": lambda g: sum(np.linalg.norm(p - e) ** 2 for p, e in zip(g.contacts, g.contacts_eq, strict=True)),
     "force": lambda g: -sum(min(g.force_min, np.linalg.norm(f)) for f in g.forces_eq),
-    "pose": lambda g: sum(
-        np.linalg.norm(p - e + np.array([0, 0, 0.01])) for p, e in zip(g.contacts, g.contacts_eq, strict=True)
-    ),
+    "pose": lambda g: sum(np.linalg.norm(desired(p) - e) for p, e in zip(g.contacts, g.contacts_eq, strict=True)),
     "stability": lambda g: -np.log(g.stiffness / 0.01),
+    "closure": lambda g: sum(np.linalg.norm(row) for row in net_wrench(g)),
+    "deviation": lambda g: sum(g.contact_deviations),
 }
+
+
+def desired(p: np.ndarray) -> np.ndarray:
+    """Where a contact is to be at equilibrium."""
+    com = posed(HEAVY).com
+    return Rotation.from_rotvec(TURN).apply(p - com) + com + DISPLACEMENT
+
+
+def net_wrench(g: Grasp) -> tuple[np.ndarray, np.ndarray]:
+    """Net force and torque about the centre of mass of the springs and the weight at first contact."""
+    force, torque, com = np.array([0, 0, -0.2 * GRAVITY]), np.zeros(3), posed(HEAVY).com
+    for k, p, o in zip(g.gains, g.contacts, g.targets, strict=True):
+        force, torque = force + k * (o - p), torque + np.cross(p - com, k * (o - p))
+    return force, torque
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -136,9 +165,10 @@ def test_the_printed_uncertainty_is_the_mean_density_on_the_path_less_that_at_th
     assert value("uncer", g) == pytest.approx(prominence(g, share=False), rel=1e-12)
 
 
+@pytest.mark.parametrize("metric", ["spring", "closure"])
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_smooth_terms_tend_to_the_exact_ones(seed):
-    settings = replace(HEAVY, smoothing=SHARP)
+def test_the_smooth_terms_tend_to_the_exact_ones(seed, metric):
+    settings = replace(HEAVY, smoothing=SHARP, contact=replace(HEAVY.contact, metric=metric))
     problem, functions = posed(settings), oracle(settings, "penalty")
     start, x = random_point(problem, functions.nlp, seed)
     p = problem.parameters(functions.nlp, start.wrist, start.joints)
@@ -159,18 +189,37 @@ def test_the_energy_is_the_sum_of_its_weighted_terms():
     problem, functions = posed(settings), oracle(settings, "penalty")
     start, x = random_point(problem, functions.nlp, 0)
     p = problem.parameters(functions.nlp, start.wrist, start.joints)
-    smooth = dict(zip(NAMES, np.array(functions.terms(x, p)).ravel(), strict=True))
-    expected = sum(getattr(weights, term.weight) * smooth[term.name] for term in TERMS)
+    names = [term.name for term in functions.nlp.terms_used]
+    smooth = dict(zip(names, np.array(functions.terms(x, p)).ravel(), strict=True))
+    used = functions.nlp.terms_used
+    expected = sum(getattr(weights, term.weight) * smooth[term.name] for term in used)
     assert ENERGY_UNIT * float(functions.objective(x, p)) == pytest.approx(expected, rel=1e-12)
 
 
 def test_a_weight_of_the_pose_term_replaces_the_motion_term():
     motion = NAMES.index("reg_motion")
-    assert posed(HEAVY).weights()[motion] == HEAVY.weights.reg
-    lifted = replace(HEAVY, weights=replace(HEAVY.weights, pose=2.0))
+    assert posed(SMALL).weights()[motion] == SMALL.weights.reg
+    lifted = replace(SMALL, weights=replace(SMALL.weights, pose=2.0))
     assert posed(lifted).weights()[motion] == 0.0
     assert posed(lifted).weights()[NAMES.index("pose")] == 2.0
-    assert posed(lifted).weights()[NAMES.index("reg_joints")] == HEAVY.weights.reg
+    assert posed(lifted).weights()[NAMES.index("reg_joints")] == SMALL.weights.reg
+
+
+def test_a_metric_has_its_own_terms_and_those_of_every_grasp():
+    spring, closure = (
+        {t.name for t, w in zip(TERMS, posed(s).weights(), strict=True) if w > 0}
+        for s in (replace(HEAVY, weights=Weights(pose=1.0)), CLOSURE)
+    )
+    assert closure == {"closure", "deviation", "dist", "col", "reg_joints"}
+    assert spring == set(NAMES) - {"closure", "deviation", "reg_motion"}
+    assert {t.name for t in oracle(CLOSURE, "penalty").nlp.terms_used} == closure
+    assert posed(CLOSURE).weights()[NAMES.index("deviation")] == CLOSURE.weights.uncer
+
+
+def test_without_a_weight_nothing_is_desired_but_that_the_contacts_stay():
+    g = random_grasp(replace(HEAVY, weights=SMALL.weights), 0)
+    np.testing.assert_allclose(g.contacts_desired, g.contacts, atol=1e-15)
+    np.testing.assert_array_equal(g.rotation_desired, np.eye(3))
 
 
 # --- what each term rewards -----------------------------------------------------------------------------------------
@@ -231,11 +280,12 @@ def test_deeper_targets_cost_less(g):
     assert value("tar", replace(g, target_means=g.target_means - 0.01)) < value("tar", g)
 
 
-@pytest.mark.parametrize("which", ["pair_clearances", "object_clearances", "table_clearances"])
+CLEARANCES = ("pair_clearances", "object_clearances", "table_clearances", "pad_clearances", "pad_heights")
+
+
+@pytest.mark.parametrize("which", CLEARANCES)
 def test_penetration_raises_the_collision_term_with_its_slope_and_clearance_does_not(g, which):
-    free = replace(
-        g, **{name: np.full(3, 0.01) for name in ("pair_clearances", "object_clearances", "table_clearances")}
-    )
+    free = replace(g, **{name: np.full(3, 0.01) for name in CLEARANCES})
     assert value("col", free) == 0
     depths = [value("col", replace(free, **{which: np.array([0.01, -depth, 0.02])})) for depth in (1e-3, 2e-3)]
     np.testing.assert_allclose(depths, [SLOPE * 1e-3, SLOPE * 2e-3])
@@ -252,6 +302,16 @@ def test_motion_costs_more_and_the_desired_lift_costs_nothing_in_the_pose_term(g
     assert value("pose", lifted) < 1e-9 < value("pose", still)
     sunk = replace(g, contacts_eq=2 * g.contacts - g.contacts_desired)
     assert value("pose", sunk) > value("pose", still)
+
+
+def test_balanced_forces_cost_nothing_and_what_is_left_over_its_size(g):
+    assert value("closure", replace(g, wrench=np.zeros((2, 3)))) < 1e-9
+    left = np.array([[3.0, 0.0, 4.0], [0.0, 0.3, 0.4]])
+    assert value("closure", replace(g, wrench=left)) == pytest.approx(5.5)
+
+
+def test_surely_known_contacts_cost_less(g):
+    assert value("deviation", replace(g, contact_deviations=np.full(4, 1e-3))) == pytest.approx(4e-3)
 
 
 def test_more_force_lowers_the_force_term_up_to_the_least_force_and_no_further(g):

@@ -18,6 +18,8 @@ from sgnlp.settings import Contact, GpisSettings, Settings, Weights
 FORMULATIONS = ("penalty", "constrained")
 EVERY_TERM = Weights(**{field.name: getattr(Weights(), field.name) or 50.0 for field in fields(Weights)})
 LOADED = replace(SMALL, contact=Contact(mass=0.2, friction=0.7, samples=4), weights=EVERY_TERM)
+MOVED = replace(LOADED, contact=replace(LOADED.contact, displacement=(0.01, 0.02, -0.01), turn=(0.2, -0.1, 0.3)))
+CLOSURE = replace(LOADED, contact=replace(LOADED.contact, metric="closure", heuristic=1.6))
 PRINTED = replace(LOADED, contact=replace(LOADED.contact, equilibrium="printed", pad=False, density="density"))
 
 
@@ -39,6 +41,12 @@ def full(H) -> np.ndarray:
     """The symmetric matrix of an upper triangle."""
     H = np.array(H)
     return H + np.triu(H, 1).T
+
+
+@pytest.mark.parametrize("settings", [MOVED, CLOSURE], ids=["moved", "closure"])
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_the_derivatives_of_desired_motion_and_of_force_closure_match_differences(formulation, settings):
+    check(*scene(settings, formulation, seed=2))
 
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)
@@ -80,8 +88,20 @@ def check(functions: Oracle, x, p, lam) -> None:
 @pytest.mark.parametrize("kernel", sorted(KERNELS))
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_the_chain_with_jets_equals_casadis_differentiation_of_the_whole_expression(formulation, kernel):
-    settings = with_kernel(replace(LOADED, spheres="paper"), kernel, surface_points=12)
-    settings = replace(settings, contact=replace(settings.contact, samples=2))
+    compare_with_casadi(with_kernel(LOADED, kernel), formulation)
+
+
+@pytest.mark.parametrize(
+    ("settings", "formulation"), [(MOVED, "constrained"), (CLOSURE, "penalty")], ids=["moved", "closure"]
+)
+def test_so_it_does_with_a_desired_motion_and_for_force_closure(settings, formulation):
+    compare_with_casadi(settings, formulation)
+
+
+def compare_with_casadi(settings: Settings, formulation: str) -> None:
+    small = replace(settings.gpis, surface_points=12, interior_points=12)
+    contact = replace(settings.contact, samples=2)
+    settings = replace(settings, spheres="paper", gpis=small, contact=contact)
     functions, x, p, lam = scene(settings, formulation)
     program = hand("paper"), functions.nlp.structure, posed(settings).gpis
     y, q, objective, constraints = plain(*program)
@@ -136,5 +156,6 @@ def test_the_same_hand_and_structure_give_the_same_functions():
 
 
 def test_terms_that_constraints_replace_leave_the_constrained_objective():
-    names = {f: {t.name for t in oracle(LOADED, f).nlp.terms_used} for f in FORMULATIONS}
-    assert names["penalty"] - names["constrained"] == {"dist", "col", "force"}
+    for settings, replaced in ((LOADED, {"dist", "col", "force"}), (CLOSURE, {"dist", "col", "closure"})):
+        names = {f: {t.name for t in oracle(settings, f).nlp.terms_used} for f in FORMULATIONS}
+        assert names["penalty"] - names["constrained"] == replaced

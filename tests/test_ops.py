@@ -35,6 +35,7 @@ ELEMENTWISE = {
     "hinge": (np.array([-0.02, -5e-3, 5e-3, 0.05]),),
     "log": (np.array([0.05, 0.3, 1.0, 30.0]),),
     "least": (np.full(4, 2.0), np.array([0.3, 1.0, 2.5, 9.0])),
+    "residual": (np.array([[0.3, -0.2, 0.1], [3.0, 0.0, 4.0], [-1.0, 1.0, 0.0]]),),
     "density": (np.array([-4e-3, 1e-3, 0.0, 6e-3]), np.array([2e-3, 3e-3, 1e-3, 5e-3])),
 }
 
@@ -69,6 +70,7 @@ def test_the_exact_forms_are_the_printed_ones():
     np.testing.assert_allclose(op.log(np.array([0.5, 2.0])), np.log([0.5, 2.0]))
     np.testing.assert_allclose(op.density(np.array(0.3), np.array(0.2)), np.exp(-1.125) / np.sqrt(2 * np.pi) / 0.2)
     np.testing.assert_allclose(op.norm(np.array([[3.0, 4.0, 0.0]])), [5.0])
+    np.testing.assert_allclose(op.residual(np.array([[3.0, 4.0, 0.0], [0.0, 0.0, 0.0]])), [5.0, 0.0])
 
 
 def test_the_exact_logarithm_continues_by_its_tangent_and_falls_without_end():
@@ -98,9 +100,10 @@ def test_a_density_with_zero_deviation_is_finite():
 
 def test_the_smooth_norm_is_differentiable_at_zero():
     A = ca.SX.sym("A", 1, 3)
-    H, g = ca.hessian(smooth().norm(A), A)
-    for number in ca.Function("f", [A], [g, H])(np.zeros((1, 3))):
-        assert np.isfinite(np.array(number)).all()
+    for size in (smooth().norm(A), smooth().residual(A)):
+        H, g = ca.hessian(size, A)
+        for number in ca.Function("f", [A], [g, H])(np.zeros((1, 3))):
+            assert np.isfinite(np.array(number)).all()
 
 
 @pytest.mark.parametrize("name", ["abs", "hinge", "log", "least", "density"])

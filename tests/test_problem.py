@@ -83,7 +83,8 @@ def test_every_parameter_is_the_setting_of_its_name(problem, nlp):
         "pad": 1.0,
         "foot": 0.0,
         "force_min": s.limits.force_min,
-        "lift": s.contact.lift,
+        "displacement": np.zeros(3),
+        "turn": np.eye(3).ravel(),
         "mass": s.contact.mass,
         "com": problem.com,
         "table": observation().table_height,
@@ -102,10 +103,40 @@ def test_every_parameter_is_the_setting_of_its_name(problem, nlp):
     assert len(p) == sum(nlp.parameters.sizes.values())
 
 
+def test_the_desired_motion_of_the_object_reaches_the_program_where_it_has_a_weight(problem, nlp):
+    contact = replace(SMALL.contact, displacement=(0.01, 0.02, 0.03), turn=(0.0, 0.0, np.pi / 2))
+    moved = replace(problem, settings=replace(SMALL, contact=contact, weights=replace(SMALL.weights, pose=1.0)))
+    start = starts(problem, 1, 0)[0]
+    p = moved.parameters(nlp, start.wrist, start.joints)
+    np.testing.assert_array_equal(p[block(nlp.parameters, "displacement")], contact.displacement)
+    turn = p[block(nlp.parameters, "turn")].reshape(3, 3, order="F")
+    np.testing.assert_allclose(turn, [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15)
+
+
+def fixed(problem, limits: Limits, heuristic: float = 0.0):
+    contact = replace(SMALL.contact, heuristic=heuristic)
+    return replace(problem, settings=replace(SMALL, limits=limits, contact=contact)).gain_bounds()
+
+
+def test_gains_are_fixed_at_a_multiple_of_the_hands_initial_ones_or_free_for_the_heuristic(problem):
+    for scale in (1.0, 2.0):
+        low, high = fixed(problem, replace(SMALL.limits, gain_fixed=scale))
+        np.testing.assert_allclose(low, scale * hand().gain_initial)
+        np.testing.assert_array_equal(low, high)
+    low, high = fixed(problem, SMALL.limits, heuristic=1.6)
+    np.testing.assert_array_equal([low, high], [hand().gain_lower, hand().gain_upper])
+    with pytest.raises(InputError, match=r"--limits.gain-fixed leaves nothing of the hand's gains, 40 to 400 N/m"):
+        fixed(problem, replace(SMALL.limits, gain_fixed=3.0))
+
+
 def test_what_shapes_the_functions_is_their_structure_and_the_rest_are_parameters(problem):
     contact = replace(SMALL.contact, samples=7, density="density", equilibrium="printed")
     structure = replace(problem, settings=replace(SMALL, contact=contact)).structure("constrained")
     assert (structure.formulation, structure.samples) == ("constrained", 7)
     assert (structure.density, structure.equilibrium) == ("density", "printed")
+    assert (structure.metric, structure.heuristic) == ("spring", False)
+    contact = replace(SMALL.contact, metric="closure", heuristic=2.0)
+    structure = replace(problem, settings=replace(SMALL, contact=contact)).structure("penalty")
+    assert structure.traits == ("penalty", "closure", "heuristic")
     heavier = replace(problem, settings=replace(SMALL, contact=replace(SMALL.contact, mass=1.0, c=0.5, pad=False)))
     assert heavier.structure("penalty") == problem.structure("penalty")

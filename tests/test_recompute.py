@@ -12,10 +12,16 @@ from sgnlp.chain import Chain
 from sgnlp.equilibrium import GRAVITY
 from sgnlp.grasp import Grasp
 from sgnlp.nlp import _Model
+from sgnlp.oracle import SurfaceJets
 from sgnlp.recompute import equilibrium, rotation_angle
 from sgnlp.settings import Contact, Settings
 
 LOADED = replace(SMALL, contact=Contact(mass=0.3, friction=0.7, samples=5))
+MOVED = replace(
+    SMALL,
+    contact=Contact(mass=0.3, samples=5, c=1.0, displacement=(0.01, -0.02, 0.03), turn=(0.2, -0.1, 0.3)),
+    weights=replace(SMALL.weights, pose=1.0),
+)
 NO_PAD = replace(SMALL, contact=Contact(mass=0.0, pad=False, samples=5))
 ROUNDED = ("contact_deviations", "path_deviations", "normals", "normals_eq", "gaps")
 """√σ² and |∇μ| are rounded at 0 in the smooth grasp."""
@@ -39,16 +45,17 @@ def both(settings: Settings, seed: int) -> tuple[dict[str, np.ndarray], Grasp]:
     start, x = random_point(problem, functions.nlp, seed)
     p = problem.parameters(functions.nlp, start.wrist, start.joints)
     f, names = symbolic_grasp(settings)
-    numbers = f(x, p, *functions.surface(*functions.nlp.points(x, p)))
+    numbers = f(x, p, *SurfaceJets(functions.surface, complete=True)(*functions.nlp.points(x, p)))
     smooth = {name: np.array(number) for name, number in zip(names, numbers, strict=True)}
     return smooth, exact_grasp(problem, start, x)
 
 
-@pytest.mark.parametrize("settings", [LOADED, NO_PAD], ids=["loaded", "no_pad"])
+@pytest.mark.parametrize("settings", [LOADED, NO_PAD, MOVED], ids=["loaded", "no_pad", "moved"])
 @pytest.mark.parametrize("seed", range(4))
 def test_the_numpy_grasp_equals_the_symbolic_one(settings, seed):
     smooth, exact = both(settings, seed)
     assert {"tips", "contacts_eq", "rotation", "stiffness", "forces_eq", "pair_clearances"} <= smooth.keys()
+    assert {"wrench", "contacts_desired", "rotation_desired", "pad_clearances"} <= smooth.keys()
     for name, value in smooth.items():
         expected = np.asarray(getattr(exact, name)).reshape(value.shape)
         rtol = 1e-4 if name in ROUNDED else 1e-8
@@ -61,7 +68,7 @@ def test_in_the_penalty_formulation_the_gap_is_that_of_the_centre_less_the_radiu
     start, x = random_point(problem, functions.nlp, 0)
     p = problem.parameters(functions.nlp, start.wrist, start.joints)
     f, names = symbolic_grasp(LOADED)
-    numbers = f(x, p, *functions.surface(*functions.nlp.points(x, p)))
+    numbers = f(x, p, *SurfaceJets(functions.surface, complete=True)(*functions.nlp.points(x, p)))
     gaps = np.array(numbers[names.index("gaps")]).ravel()
     contacts = exact_grasp(problem, start, x).contacts
     np.testing.assert_allclose(gaps, problem.gpis.distance(contacts) - 0.012, atol=1e-9)

@@ -30,6 +30,7 @@ def good() -> Grasp:
         joints=(hand.lower + hand.upper) / 2,
         gaps=np.zeros(4),
         object_clearances=CLEAR,
+        pad_clearances=CLEAR,
         table_clearances=CLEAR,
         pad_heights=CLEAR,
         pair_clearances=CLEAR,
@@ -39,8 +40,9 @@ def good() -> Grasp:
     )
 
 
-def failed(g: Grasp, initial=GOOD_MARGIN, equilibrium=GOOD_MARGIN) -> set[str]:
-    return {c.name for c in feasibility(posed(SMALL), g, initial, equilibrium) if not c.passed}
+def failed(g: Grasp, initial=GOOD_MARGIN, equilibrium=GOOD_MARGIN, settings=SMALL) -> set[str]:
+    problem = replace(posed(SMALL), settings=settings)
+    return {c.name for c in feasibility(problem, g, initial, equilibrium) if not c.passed}
 
 
 def one(value: float, rest: float = 0.01) -> np.ndarray:
@@ -66,6 +68,7 @@ VIOLATIONS = [  # check, field, a value just past its bound, one just inside
     ("contact distance", "gaps", np.array([0, 2.1e-3, 0, 0]), np.array([0, 1.9e-3, 0, 0])),
     ("contact distance", "gaps", np.array([0, -2.1e-3, 0, 0]), np.array([0, -1.9e-3, 0, 0])),
     ("object clearance", "object_clearances", one(-1.1e-3), one(-0.9e-3)),
+    ("object clearance", "pad_clearances", one(-1.1e-3), one(-0.9e-3)),
     ("table clearance", "table_clearances", one(-1.1e-3), one(-0.9e-3)),
     ("table clearance", "pad_heights", one(-1.1e-3), one(-0.9e-3)),
     ("self clearance", "pair_clearances", one(-1.1e-3), one(-0.9e-3)),
@@ -94,6 +97,27 @@ def test_a_negative_margin_at_either_state_fails(state):
     name = {"initial": "margin at first contact", "equilibrium": "margin at equilibrium"}[state]
     assert failed(good(), **{state: slipping}) == {name}
     assert failed(good(), **{state: np.zeros(4)}) == set()
+
+
+def test_without_a_pregrasp_the_pads_may_touch():
+    touching = replace(good(), pad_clearances=np.full(4, -2e-3))
+    assert failed(touching) == {"object clearance"}
+    assert failed(touching, settings=replace(SMALL, contact=replace(SMALL.contact, c=1.0))) == set()
+
+
+def test_force_closure_is_judged_by_its_residual_and_its_normal_forces_at_first_contact_alone():
+    closure = replace(SMALL, contact=replace(SMALL.contact, metric="closure"))
+    g = good()
+    balanced = replace(g, wrench=np.zeros((2, 3)), forces=-LEAST_FORCE * 1.01 * g.normals, stiffness=-0.1)
+    balanced = replace(balanced, forces_eq=np.zeros((4, 3)))
+    slips = np.full(4, -0.5)
+    assert failed(balanced, equilibrium=slips, settings=closure) == set()
+    assert failed(balanced, initial=slips, settings=closure) == {"margin at first contact"}
+    light = replace(balanced, forces=0.98 * balanced.forces)
+    assert failed(light, settings=closure) == {"normal force"}
+    for i, residual in enumerate(np.eye(6).reshape(6, 2, 3)):
+        assert failed(replace(balanced, wrench=1.1e-3 * residual), settings=closure) == {"force closure"}, i
+        assert failed(replace(balanced, wrench=0.9e-3 * residual), settings=closure) == set()
 
 
 def test_what_is_not_a_number_is_not_feasible():
@@ -144,8 +168,8 @@ def test_the_pose_of_a_solution_moves_contacts_to_the_equilibrium():
 
 
 def candidate(start: int, feasible: bool, margin: float, energy: float, stiffness: float) -> SimpleNamespace:
-    grasp = SimpleNamespace(stiffness=stiffness)
-    return SimpleNamespace(start=start, feasible=feasible, worst_margin=margin, energy=energy, grasp=grasp)
+    values = {"worst_margin": margin, "margins_initial": np.array([0.9 - margin, 0.9]), "energy": energy}
+    return SimpleNamespace(start=start, feasible=feasible, grasp=SimpleNamespace(stiffness=stiffness), **values)
 
 
 CANDIDATES = [
@@ -159,7 +183,12 @@ CANDIDATES = [
 
 @pytest.mark.parametrize(
     ("key", "order"),
-    [("margin", [2, 3, 1, 0, 4]), ("energy", [3, 1, 2, 4, 0]), ("stiffness", [1, 3, 2, 0, 4])],
+    [
+        ("margin", [2, 3, 1, 0, 4]),
+        ("margin_initial", [1, 3, 2, 4, 0]),
+        ("energy", [3, 1, 2, 4, 0]),
+        ("stiffness", [1, 3, 2, 0, 4]),
+    ],
 )
 def test_feasible_solutions_come_first_each_group_best_first(key, order):
     assert [s.start for s in rank(CANDIDATES, key)] == order

@@ -123,5 +123,6 @@ def _changed(settings: Any, default: Any, prefix: str) -> list[str]:
         elif value != usual and isinstance(value, bool):
             words.append(f"--{prefix}{'' if value else 'no-'}{name}")
         elif value != usual:
-            words += [f"--{prefix}{name}", str(value)]
+            numbers = value if isinstance(value, tuple) else (value,)
+            words += [f"--{prefix}{name}", *map(str, numbers)]
     return words

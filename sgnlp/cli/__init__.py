@@ -22,7 +22,7 @@ from sgnlp.cli.simulate import Simulate
 from sgnlp.cli.solve import Solve
 from sgnlp.cli.study import Study
 from sgnlp.errors import SgnlpError
-from sgnlp.settings import PRESETS
+from sgnlp.settings import PRESETS, VARIANTS
 
 COMMANDS = (Solve, Batch, Simulate, Observe, Hands, Study, Benchmark, Cache, Doctor)
 
@@ -86,4 +86,6 @@ def _console(stderr: bool = False) -> Console:
 
 
 def _about() -> str:
-    return f"Compliant dexterous pregrasps under shape uncertainty. Presets: {', '.join(sorted(PRESETS))}."
+    bases = ", ".join(name for name in PRESETS if name not in VARIANTS)
+    text = "Compliant dexterous pregrasps under shape uncertainty."
+    return f"{text} Presets: {bases}. Variants of them, as paper+NAME, or NAME of robust: {', '.join(VARIANTS)}."

@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from typing import Any
 
 from rich.console import Console
 
@@ -76,12 +77,11 @@ def offer(console: Console, hand: Hand, name: str, settings: Settings) -> None:
 def _flags(name: str, settings: Settings) -> list[str]:
     """The flags that decide the structure, where they differ from the defaults."""
     default, contact = Settings(), settings.contact
-    values = {
+    values: dict[str, tuple[Any, Any]] = {
         "spheres": (settings.spheres, default.spheres),
-        "contact.samples": (contact.samples, default.contact.samples),
-        "contact.density": (contact.density, default.contact.density),
-        "contact.equilibrium": (contact.equilibrium, default.contact.equilibrium),
         "solver.formulation": (settings.solver.formulation, default.solver.formulation),
     }
+    for field in ("samples", "density", "equilibrium", "metric", "heuristic"):
+        values[f"contact.{field}"] = (getattr(contact, field), getattr(default.contact, field))
     flags = [word for flag, (value, usual) in values.items() if value != usual for word in (f"--{flag}", str(value))]
     return flags if name == "allegro_left" else ["--hand", name, *flags]

@@ -26,7 +26,7 @@ class Planning(Checked):
     valid: ClassVar[dict[str, Interval]] = {"jobs": POSITIVE}
 
     preset: str = "robust"
-    """settings to begin with: robust or paper; every flag below changes one of them"""
+    """settings to begin with: one of `sgnlp --help`; every flag below changes one of them"""
     hand: str = "allegro_left"
     """a hand of `sgnlp hands`, or a folder with a hand.yaml"""
     jobs: int = field(default_factory=lambda: os.cpu_count() or 1)

@@ -1,6 +1,7 @@
 """The energy: one small class a term, its docstring the equation, its body the same equation."""
 
 from sgnlp.energies.barrier import Stability
+from sgnlp.energies.closure import Closure, Deviation
 from sgnlp.energies.collision import Collision
 from sgnlp.energies.contact import Distance, Targets, Uncertainty
 from sgnlp.energies.regularisation import Gains, Joints, Motion, Pose
@@ -19,7 +20,9 @@ TERMS: tuple[Term, ...] = (
     Force(),
     Pose(),
     Stability(),
+    Closure(),
+    Deviation(),
 )
-"""All terms, in the order of the paper's equation and of every table."""
+"""All terms, in the order of the paper's equation and of every table; those of force closure last."""
 
 __all__ = ["TERMS", "Term"]

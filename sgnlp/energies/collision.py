@@ -21,5 +21,5 @@ class Collision(Term):
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """Penetrations in metres times the slope."""
-        clearances = (g.pair_clearances, g.object_clearances, g.table_clearances, g.pad_heights)
-        return SLOPE * sum(op.sum(op.hinge(-clearance)) for clearance in clearances)
+        hand = (g.pair_clearances, g.object_clearances, g.table_clearances)
+        return SLOPE * sum(op.sum(op.hinge(-clearance)) for clearance in (*hand, g.pad_clearances, g.pad_heights))

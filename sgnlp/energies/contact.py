@@ -29,6 +29,7 @@ class Uncertainty(Term):
     """
 
     name = weight = "uncer"
+    metric = "spring"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """A pure number either way."""
@@ -42,6 +43,7 @@ class Targets(Term):
     """E_tar = Σ μ(o_i): targets deep inside. The raw mean: a metric distance is undefined on the medial axis."""
 
     name = weight = "tar"
+    metric = "spring"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """In metres of the posterior mean."""

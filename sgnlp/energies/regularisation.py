@@ -11,6 +11,7 @@ class Gains(Term):
     """E_gain = Σ k_i. Printed Σ k_i²; with w = 0.5 that would drown every other term (22 400 at the start)."""
 
     name = weight = "gain"
+    metric = "spring"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """In N/m."""
@@ -33,6 +34,7 @@ class Motion(Term):
 
     name = "reg_motion"
     weight = "reg"
+    metric = "spring"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """In m²."""
@@ -40,10 +42,11 @@ class Motion(Term):
 
 
 class Pose(Term):
-    """E_pose = Σ |p_i + h e_z - p_i(eq)|: the object is to rise by h."""
+    """E_pose = Σ |p_i(des) - p_i(eq)|: the object is to move so, for instance to rise by 1 cm."""
 
     name = weight = "pose"
+    metric = "spring"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """In metres."""
-        return op.sum(op.norm(g.contacts_desired - g.contacts_eq))
+        return op.sum(op.abs(op.norm(g.contacts_desired - g.contacts_eq)))

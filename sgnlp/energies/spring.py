@@ -19,6 +19,7 @@ class Spring(Term):
     """E_sp = -Σ log(1 + ε_i(t0)) - Σ log(1 + ε_i(eq))."""
 
     name = weight = "sp"
+    metric = "spring"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """Both states count alike."""
@@ -31,6 +32,7 @@ class Force(Term):
     """E_force = -Σ min(f_min, |f_i(eq)|): force is rewarded (the printed sign would minimise it)."""
 
     name = weight = "force"
+    metric = "spring"
     constrained_elsewhere = True
 
     def value(self, g: Grasp, op: Ops) -> Any:
