@@ -148,9 +148,7 @@ def experiment(name="box", settings=SETTINGS, **changes):
 
 def test_a_push_moves_the_object_its_way_and_leaves_nothing_behind():
     run = experiment()
-    for phase in (run.close(), run.lift()):
-        for before in phase:
-            pass
+    *_, before = (*run.close(), *run.lift())
     state = run.data.qpos.copy()
     for direction, along in {"+x": (1, 0, 0), "-y": (0, -1, 0), "-z": (0, 0, -1)}.items():
         *_, after = run.push(direction)
