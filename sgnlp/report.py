@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
@@ -178,3 +179,11 @@ def markdown(lines: list[dict[str, str]]) -> str:
     """The same as a Markdown table."""
     rows = [list(lines[0]), ["---"] * len(lines[0]), *(list(line.values()) for line in lines)]
     return "".join("| " + " | ".join(row) + " |\n" for row in rows)
+
+
+def text(table: Table) -> str:
+    """A table as plain text, as wide as it needs to be."""
+    console = Console(width=1000, color_system=None, force_terminal=False, markup=False, emoji=False, highlight=False)
+    with console.capture() as capture:
+        console.print(table)
+    return "".join(line.rstrip() + "\n" for line in capture.get().splitlines())

@@ -76,12 +76,12 @@ def write_arrays(file: Path, arrays: dict[str, Any]) -> None:
     """Write an npz whole or not at all; the same arrays give the same bytes."""
     archive = io.BytesIO()  # never closed by an interrupt while the archive is open, unlike a file
     np.savez_compressed(archive, **arrays)
-    _replace(file, archive.getvalue())
+    write_bytes(file, archive.getvalue())
 
 
 def write_text(file: Path, text: str) -> None:
     """Write a text file whole or not at all."""
-    _replace(file, text.encode())
+    write_bytes(file, text.encode())
 
 
 def write_rows(file: Path, rows: Sequence[Any]) -> None:
@@ -104,7 +104,7 @@ def write_parquet(file: Path, rows: Sequence[Any]) -> None:
     schema = pa.schema([(name, types[kind.__name__]) for name, kind in get_type_hints(type(rows[0])).items()])
     content = pa.BufferOutputStream()
     parquet.write_table(pa.Table.from_pylist([asdict(row) for row in rows], schema), content)
-    _replace(file, content.getvalue().to_pybytes())
+    write_bytes(file, content.getvalue().to_pybytes())
 
 
 def arrow() -> tuple[Any, Any]:
@@ -151,8 +151,8 @@ def same_study(file: Path, made: dict[str, Any]) -> None:
         raise InputError(f"'{file.parent}' holds rows of other settings or clouds; choose another --out or delete it")
 
 
-def _replace(target: Path, content: bytes) -> None:
-    """Write a temporary file beside the target, whose folder is made, and move it into place."""
+def write_bytes(target: Path, content: bytes) -> None:
+    """Write a file whole or not at all: a temporary one beside it, in a folder that is made, is moved into place."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")

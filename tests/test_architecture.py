@@ -17,8 +17,9 @@ STAGES = (
     "equilibrium grasp ops energies constraints",
     "chain jets native parameters nlp codegen compiled oracle kkt",
     "problem starts ipopt recompute solution pool plan",
-    "firstorder convergence benchmarks",
-    "environment grasps simulation results summary workers batch report",
+    "firstorder benchmarks",
+    "environment grasps simulation results summary workers batch report plots",
+    "studies",
     "cli __main__",
 )
 LAYERS = " ".join(STAGES).split(" ")

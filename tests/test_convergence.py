@@ -1,62 +1,24 @@
-"""The convergence study: which views, what is counted, failures that stay in the table, cases that are not repeated."""
+"""The convergence study: what is counted, and failures that stay in the table."""
 
-import json
 import math
-from dataclasses import fields, replace
-from pathlib import Path
+from dataclasses import replace
 
-import numpy as np
 import pytest
 from processes import hang
-from scenes import SMALL, ellipsoid, hand, observation
+from scenes import SMALL, hand, observation
 
-from sgnlp import convergence, results
-from sgnlp.cli import run
-from sgnlp.convergence import Row, case, table, view_sets
-from sgnlp.errors import InputError
+from sgnlp import results
+from sgnlp.studies import convergence
+from sgnlp.studies.convergence import Row, case, panels, table
 
 GOOD = Row("mug", "a b", 0, True, True, 0.1, 1e-8, 60, 1.5, "Solve_Succeeded", -30.0, True, 40, -20.0, -20.0)
 FAILED = Row(
     "mug", "a b", 1, False, False, *[math.nan] * 2, 0, math.nan, "", math.nan, False, 0, *[math.nan] * 2, "killed"
 )
-VIEWS = (["0"], ["1", "2"], ["0", "1", "2"])
 
 
 def rows(*changes: dict) -> list[Row]:
     return [replace(GOOD, start=i, **change) for i, change in enumerate(changes)]
-
-
-def cloud(folder: Path, name: str) -> Path:
-    """A file of the ellipsoid as seen by three cameras."""
-    points = ellipsoid()
-    view = np.argmax(points @ [[1, -0.5, -0.5], [0, 0.87, -0.87], [0, 0, 0]], axis=1)
-    np.savez(folder / f"{name}.npz", points=points, view=view, table_height=0.0)
-    return folder / f"{name}.npz"
-
-
-@pytest.fixture
-def cases(monkeypatch) -> list[tuple[str, tuple[str, ...], int]]:
-    """The cases that the command solves, with one made-up row a start."""
-    solved = []
-
-    def fake(observation, hand, settings, *, count, **rest):
-        solved.append((observation.name, observation.view_names, count))
-        views = " ".join(observation.view_names)
-        return [replace(GOOD, object=observation.name, view_names=views, start=i) for i in range(count)]
-
-    monkeypatch.setattr("sgnlp.cli.study.case", fake)
-    return solved
-
-
-def study(*arguments: object) -> int:
-    return run(["study", "convergence", *map(str, arguments)])
-
-
-def test_one_camera_two_and_all_as_in_the_paper():
-    assert view_sets(["a", "b", "c"]) == [["a"], ["b", "c"], ["a", "b", "c"]]
-    assert view_sets(("a", "b")) == [["a"], ["a", "b"]]
-    assert view_sets(["a"]) == [["a"]]
-    assert view_sets(list("abcd")) == [["a"], ["b", "c", "d"], ["a", "b", "c", "d"]]
 
 
 def test_a_row_is_lower_only_where_ipopt_is_below_the_first_order_energy():
@@ -123,10 +85,8 @@ def test_a_case_of_nothing_but_failures_still_has_its_line():
 
 def test_a_real_case_has_a_row_for_every_start(monkeypatch):
     monkeypatch.setattr(convergence, "STEPS", 3)
-    heard = []
-    found = case(observation(), hand(), SMALL, count=2, seed=0, jobs=2, timeout=100, progress=heard.append)
+    found = case(observation(), hand(), SMALL, count=2, seed=0, timeout=100)
     assert [row.start for row in found] == [0, 1]
-    assert len(heard) == 2
     for row in found:
         assert (row.object, row.view_names, row.failure) == ("ellipsoid", "0", "")
         assert row.solved
@@ -137,10 +97,9 @@ def test_a_real_case_has_a_row_for_every_start(monkeypatch):
         assert row.seconds > 0
 
 
-def test_a_start_that_overruns_its_limit_is_a_row_with_the_reason(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_start_that_overruns_its_limit_is_a_row_with_the_reason(monkeypatch):
     monkeypatch.setattr(convergence, "compare", hang)
-    found = case(observation(), hand(), SMALL, count=2, seed=0, jobs=2, timeout=0.1)
+    found = case(observation(), hand(), SMALL, count=2, seed=0, timeout=0.1)
     assert [(row.start, row.failure) for row in found] == [(0, "stopped after 0.1 s"), (1, "stopped after 0.1 s")]
     assert {(row.object, row.view_names, row.solved, row.feasible) for row in found} == {
         ("ellipsoid", "0", False, False)
@@ -153,102 +112,8 @@ def test_rows_of_failures_survive_the_file(tmp_path):
     assert repr(results.read_rows(tmp_path / "rows.csv", Row)) == repr([GOOD, FAILED])
 
 
-def test_the_study_runs_every_object_from_one_two_and_three_cameras(tmp_path, cases, capfd):
-    files = [cloud(tmp_path, "one"), cloud(tmp_path, "two")]
-    assert study(*files, "--starts", 2, "--out", tmp_path / "study") == 0
-    assert [(name, list(views)) for name, views, _ in cases] == [(n, v) for n in ("one", "two") for v in VIEWS]
-    written = results.read_rows(tmp_path / "study" / "rows.csv", Row)
-    assert len(written) == 2 * 3 * 2
-    markdown = (tmp_path / "study" / "table.md").read_text().splitlines()
-    assert len(markdown) == 2 + 6 + 1
-    assert markdown[-1].startswith("| all |  | 12 | 12 | 12 |")
-    assert json.loads((tmp_path / "study" / "made.json").read_text())["study"]["seed"] == 0
-    assert "[s]" in capfd.readouterr().out
-
-
-def test_a_study_goes_on_where_it_ended(tmp_path, cases):
-    one, two, out = cloud(tmp_path, "one"), cloud(tmp_path, "two"), tmp_path / "study"
-    assert study(one, "--out", out) == 0
-    assert len(cases) == 3
-    assert study(one, "--out", out) == 0
-    assert len(cases) == 3
-    assert study(one, two, "--out", out) == 0
-    assert [name for name, _, _ in cases] == ["one"] * 3 + ["two"] * 3
-    kept = [row for row in results.read_rows(out / "rows.csv", Row) if row.view_names != "1 2"]
-    results.write_rows(out / "rows.csv", kept)
-    assert study(one, two, "--out", out) == 0
-    assert [(name, list(views)) for name, views, _ in cases[6:]] == [("one", ["1", "2"]), ("two", ["1", "2"])]
-    assert len(results.read_rows(out / "rows.csv", Row)) == 6 * 7
-
-
-def test_a_study_that_is_done_is_written_as_parquet_without_being_done_again(tmp_path, cases):
-    parquet = pytest.importorskip("pyarrow.parquet")
-    one, out = cloud(tmp_path, "one"), tmp_path / "study"
-    for flags in ((), ("--parquet",)):
-        assert study(one, "--out", out, *flags) == 0
-        assert (out / "rows.parquet").exists() == bool(flags)
-    assert len(cases) == 3
-    found = parquet.read_table(out / "rows.parquet").to_pylist()
-    assert repr([Row(**line) for line in found]) == repr(results.read_rows(out / "rows.csv", Row))
-
-
-def test_rows_of_other_settings_or_of_a_changed_cloud_are_never_mixed(tmp_path, cases, capfd):
-    one, out = cloud(tmp_path, "one"), tmp_path / "study"
-    assert study(one, "--out", out) == 0
-    before = (out / "rows.csv").read_bytes()
-    for flags in (("--seed", 1), ("--starts", 3), ("--preset", "paper"), ("--weights.reg", 20)):
-        assert study(one, "--out", out, *flags) == 3
-        assert "holds rows of other settings or clouds" in capfd.readouterr().err
-    assert (out / "rows.csv").read_bytes() == before
-
-
-def test_what_was_solved_before_an_interrupt_is_kept(tmp_path, monkeypatch, cases, capfd):
-    from sgnlp.cli import study as module
-
-    fake = module.case
-
-    def second_is_interrupted(observation, *rest, **options):
-        if len(cases) == 1:
-            raise KeyboardInterrupt
-        return fake(observation, *rest, **options)
-
-    monkeypatch.setattr(module, "case", second_is_interrupted)
-    file, out = cloud(tmp_path, "one"), tmp_path / "study"
-    assert study(file, "--out", out) == 130
-    assert capfd.readouterr() == ("", "interrupted\n")
-    assert sorted(path.name for path in out.iterdir()) == ["made.json", "rows.csv"]
-    assert len(results.read_rows(out / "rows.csv", Row)) == 7
-    monkeypatch.setattr(module, "case", fake)
-    assert study(file, "--out", out) == 0
-    assert [list(views) for _, views, _ in cases] == list(VIEWS)
-
-
-def test_bad_input_of_a_study_is_told_before_any_work(tmp_path, cases, capfd, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    good = cloud(tmp_path, "one")
-    calls = {
-        "there is no such file": (good, "none.npz"),
-        "unknown hand": (good, "--hand", "nope"),
-        "cannot be written": (good, "--out", good),
-    }
-    for message, arguments in calls.items():
-        assert study(*arguments) == 3
-        out, err = capfd.readouterr()
-        assert (out, err.count("\n")) == ("", 1)
-        assert message in err
-    assert not cases
-    assert [path.name for path in tmp_path.iterdir()] == ["one.npz"]
-
-
-def test_rows_of_another_study_are_refused(tmp_path, cases, capfd):
-    out = tmp_path / "study"
-    out.mkdir()
-    (out / "rows.csv").write_text("object,other\nmug,1\n")
-    assert study(cloud(tmp_path, "one"), "--out", out) == 3
-    assert "does not hold rows of this study" in capfd.readouterr().err
-    with pytest.raises(InputError):
-        results.read_rows(out / "rows.csv", Row)
-
-
-def test_every_field_of_a_row_is_of_a_type_that_the_file_can_hold():
-    assert {field.type for field in fields(Row)} <= {str, int, float, bool}
+def test_the_figure_shows_the_shares_by_number_of_cameras():
+    (panel,) = panels(rows({}, {"feasible": False}) + rows({"view_names": "c"}, {"view_names": "c"}))
+    assert panel.bars
+    assert list(panel.series[0].x) == [1, 2]
+    assert list(panel.series[0].y) == [100.0, 50.0]

@@ -1,72 +1,89 @@
 """`sgnlp study`: experiments over many objects, resumable, with command, versions and machine beside the rows."""
 
-from dataclasses import asdict, dataclass
+from contextlib import closing
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import tyro
 from rich.console import Console
 
-from sgnlp import report, results
+from sgnlp import plots, report, results, studies
 from sgnlp.checked import POSITIVE, Interval
+from sgnlp.cli import codes
 from sgnlp.cli.flags import ROWS, Starting, Tabling, made
-from sgnlp.cli.progress import starts_bar
-from sgnlp.convergence import Row, case, table, view_sets
-from sgnlp.hand import Hand, load_hand
-from sgnlp.observation import Observation, load
+from sgnlp.cli.progress import bars
+from sgnlp.errors import InputError
+from sgnlp.hand import load_hand
+from sgnlp.studies import STUDIES
+from sgnlp.studies.study import Case, Setup, collect
+from sgnlp.workers import Workers
+
+if TYPE_CHECKING:
+    Name = str
+else:
+    Name = tyro.extras.literal_type_from_choices(tuple(STUDIES))
+QUESTIONS = "; ".join(f"{name}: {study.question}" for name, study in STUDIES.items())
 
 
 @dataclass(kw_only=True)
 class Study(Tabling, Starting):
-    """Run an experiment over many clouds and write its table and raw rows; run again, it goes on where it ended."""
+    """Run an experiment and write its tables, raw rows and figure; run again, it goes on where it ended."""
 
     valid: ClassVar[dict[str, Interval]] = Starting.valid | {"timeout": POSITIVE}
 
-    name: tyro.conf.Positional[Literal["convergence"]]
-    """convergence: solved and feasible starts, and Ipopt's energy against that of 1000 AdamW steps"""
-    files: tyro.conf.Positional[tuple[Path, ...]]
-    """the clouds"""
+    name: Annotated[tyro.conf.Positional[Name], tyro.conf.arg(help=QUESTIONS)]
+    files: tyro.conf.Positional[tuple[Path, ...]] = ()
+    """the clouds, where the study is made on clouds"""
     timeout: float = 300.0
     """wall-clock limit of a start with all that it is compared with [s]"""
     out: Path | None = None
     """folder of the results; results/NAME if not given"""
 
     def run(self, console: Console) -> int:
-        """Every case that has no rows yet, then the table over all."""
-        folder = self.out or Path("results") / self.name
+        """Every case that has no rows yet, then the tables and the figure over all."""
+        study, folder = STUDIES[self.name], self.out or Path("results") / self.name
+        if study.clouds != bool(self.files):
+            raise InputError(f"the study {self.name} " + ("needs clouds" if study.clouds else "takes no files"))
         results.writable(folder)
-        hand = load_hand(self.hand, self.settings.spheres)
-        wholes = [load(file) for file in self.files]  # so that a bad one is told before the hours of work
-        how = self._made(wholes)
+        load_hand(self.hand, self.settings.spheres)
+        setup = Setup(self.files, self.hand, self.settings, self.starts, self.seed, self.timeout)
+        observations = setup.observations()
+        cases = study.cases(setup, observations)
+        inputs = {observation.name: observation.digest for observation in observations}
+        how = made(study=study.facts(setup), inputs=inputs)
         results.same_study(folder / "made.json", how)
-        rows = results.read_rows(folder / ROWS, Row)
+        results.read_rows(folder / ROWS, study.row)
         results.write_text(folder / "made.json", results.json_text(how))
-        done = {(row.object, row.view_names) for row in rows}
-        for file, whole in zip(self.files, wholes, strict=True):
-            for views in view_sets(whole.view_names):
-                if (whole.name, " ".join(views)) not in done:
-                    rows += self._case(console, file, views, hand)
-                    self.write(folder, rows)
-        self.write(folder, rows)  # in another form too, though no case was missing
-        lines = table(rows)
-        results.write_text(folder / "table.md", report.markdown(lines))
-        console.print(report.rows_table(f"{self.name}, preset {self.preset}", lines))
+        rows, failures = self._rows(console, study, cases, folder)
+        if rows:
+            self.write(folder, rows)  # in another form too, though no case was missing
+            _show(console, study, rows, folder)
+        for case, reason in failures.items():
+            console.print(f"failed: {case}: {reason}", soft_wrap=True)
         console.print(f"written: {folder}", soft_wrap=True)
-        return 0
+        return codes.NONE_FEASIBLE if failures else codes.FEASIBLE
 
-    def _case(self, console: Console, file: Path, views: list[str], hand: Hand) -> list[Row]:
-        with starts_bar(console, self.starts, show=True) as advance:
-            return case(
-                load(file, views=views),
-                hand,
-                self.settings,
-                count=self.starts,
-                seed=self.seed,
-                jobs=self.jobs,
-                timeout=self.timeout,
-                progress=advance,
-            )
+    def _rows(
+        self, console: Console, study: studies.Study, cases: list[Case], folder: Path
+    ) -> tuple[list[Any], dict[str, str]]:
+        with closing(Workers(self.jobs)) as workers, bars(console) as bar:
+            return collect(study, cases, folder / ROWS, workers, bar(self.name, len(cases)).move)
 
-    def _made(self, observations: list[Observation]) -> dict[str, Any]:
-        study = {"seed": self.seed, "starts": self.starts, "hand": self.hand, "settings": asdict(self.settings)}
-        return made(study=study, inputs={observation.name: observation.digest for observation in observations})
+
+def _show(console: Console, study: studies.Study, rows: list[Any], folder: Path) -> None:
+    """Write and print the tables, write the figure; without Matplotlib say that there is none."""
+    tables = study.tables(rows)
+    results.write_text(
+        folder / "table.md", "\n".join(f"## {title}\n\n{report.markdown(lines)}" for title, lines in tables.items())
+    )
+    shown = [report.rows_table(title, lines) for title, lines in tables.items()]
+    results.write_text(folder / "table.txt", "\n".join(map(report.text, shown)))
+    for table in shown:
+        console.print(table)
+        console.print()
+    try:
+        for suffix, content in plots.draw(study.panels(rows)).items():
+            results.write_bytes(folder / f"figure.{suffix}", content)
+    except InputError as error:
+        console.print(f"no figure: {error}", soft_wrap=True)

@@ -4,21 +4,25 @@ For each object seen from one, two and three cameras, and each start: the plan i
 and in the penalty formulation Ipopt's smoothed energy against the lowest on the way of a first-order optimiser.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
 from statistics import median
 from typing import Any, get_type_hints
 
 from sgnlp.firstorder import descend
-from sgnlp.hand import Hand
+from sgnlp.hand import Hand, load_hand
 from sgnlp.ipopt import Planner
 from sgnlp.nlp import ENERGY_UNIT
-from sgnlp.observation import Observation
+from sgnlp.observation import Observation, load
+from sgnlp.plots import Panel, Series
 from sgnlp.pool import Failure, map_starts, solve_start
 from sgnlp.problem import pose
 from sgnlp.settings import Settings
 from sgnlp.solution import SOLVED_FACTOR
 from sgnlp.starts import Start, starts
+from sgnlp.studies.study import Lines, Setup, Study, over_views
 
 OPTIMISER, STEPS = "adamw", 1000
 """The first-order opponent, and five times the steps that the release gives it."""
@@ -56,12 +60,6 @@ class Row:
         return self.penalty_energy < self.first_order_anywhere
 
 
-def view_sets(names: Sequence[str]) -> list[list[str]]:
-    """One camera (the first), two (the others), all: as in the paper's experiments."""
-    names = list(names)
-    return [names] if len(names) < 2 else [names[:1], names[1:], names] if len(names) > 2 else [names[:1], names]
-
-
 def compare(planner: Planner, start: Start) -> Row:
     """The row of one start."""
     problem = planner.problem
@@ -95,19 +93,23 @@ def case(
     *,
     count: int,
     seed: int,
-    jobs: int,
     timeout: float,
-    progress: Callable[[object], None] = lambda result: None,
 ) -> list[Row]:
     """The rows of one observation, in the order of the starts; a failed start is a row that says why."""
     problem = pose(observation, hand, settings, seed)
     names = " ".join(observation.view_names)
     rows = []
-    for result in map_starts(compare, problem, starts(problem, count, seed), jobs, timeout):
-        progress(result)
+    for result in map_starts(compare, problem, starts(problem, count, seed), 1, timeout):
         row = _failed(result) if isinstance(result, Failure) else result
         rows.append(replace(row, object=observation.name, view_names=names))
     return sorted(rows, key=lambda row: row.start)
+
+
+def rows_of(setup: Setup, file: Path, views: list[str]) -> list[Row]:
+    """The rows of an object as some cameras see it."""
+    hand = load_hand(setup.hand, setup.settings.spheres)
+    options = {"count": setup.starts, "seed": setup.seed, "timeout": setup.timeout}
+    return case(load(file, views=views), hand, setup.settings, **options)  # type: ignore[arg-type]
 
 
 def _failed(failure: Failure) -> Row:
@@ -116,7 +118,7 @@ def _failed(failure: Failure) -> Row:
     return Row(**values | {"start": failure.start, "failure": failure.reason})
 
 
-def table(rows: Sequence[Row]) -> list[dict[str, str]]:
+def table(rows: Sequence[Row]) -> Lines:
     """One line a case and a last one over all."""
     cases = dict.fromkeys((row.object, row.view_names) for row in rows)
     lines = [
@@ -138,3 +140,24 @@ def _line(name: str, views: str, rows: list[Row]) -> dict[str, str]:
         "below AdamW off bounds": sum(row.lower_than_anywhere for row in rows),
     }
     return {"object": name, "views": views} | {key: str(value) for key, value in numbers.items()}
+
+
+def panels(rows: Sequence[Row]) -> list[Panel]:
+    """Starts that solve, are feasible and end below AdamW, by the number of cameras."""
+    counts = sorted({len(row.view_names.split()) for row in rows})
+    groups = [[row for row in rows if len(row.view_names.split()) == count] for count in counts]
+    shown = {"feasible": "feasible", "penalty below AdamW": "lower", "off the bounds too": "lower_than_anywhere"}
+    series = (
+        Series(label, counts, [100 * sum(getattr(row, field) for row in group) / len(group) for group in groups])
+        for label, field in shown.items()
+    )
+    return [Panel("Starts", "cameras", "share [%]", tuple(series), bars=True)]
+
+
+STUDY = Study(
+    question="does every start solve, is it feasible, and is its energy below that of 1000 AdamW steps?",
+    row=Row,
+    cases=partial(over_views, rows_of),
+    tables=lambda rows: {"Starts": table(rows)},
+    panels=panels,
+)

@@ -1,0 +1,9 @@
+"""Studies: experiments over many objects, one file each, by the name that `sgnlp study` knows them by."""
+
+from sgnlp.studies import convergence
+from sgnlp.studies.study import Study
+
+STUDIES: dict[str, Study] = {
+    "convergence": convergence.STUDY,
+}
+"""A study is one line here."""

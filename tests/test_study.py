@@ -1,0 +1,206 @@
+"""The anatomy of a study: which cases run, rows that are kept, failures, what is written, and the registry."""
+
+import json
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scenes import ellipsoid
+
+from sgnlp import plots, results
+from sgnlp.cli import run
+from sgnlp.errors import InputError
+from sgnlp.plots import Panel, Series
+from sgnlp.settings import ROBUST
+from sgnlp.studies import STUDIES
+from sgnlp.studies.study import Setup, Study, over_views, view_sets
+
+VIEWS = (["0"], ["1", "2"], ["0", "1", "2"])
+WORKED: list[tuple[str, str]] = []
+
+
+@dataclass(frozen=True)
+class Row:
+    object: str
+    views: str
+    value: float
+
+
+def work(setup: Setup, file: Path, views: list[str]) -> list[Row]:
+    """Two rows for each case, unless the file says that it fails."""
+    WORKED.append((file.stem, " ".join(views)))
+    if file.stem == "bad":
+        raise InputError("nothing to see")
+    return [Row(file.stem, " ".join(views), setup.seed + value) for value in (0.5, 1.5)]
+
+
+TOY = Study(
+    question="how many rows are there?",
+    row=Row,
+    cases=partial(over_views, work),
+    tables=lambda rows: {"Rows [1]": [{"rows": str(len(rows)), "sum [m]": f"{sum(row.value for row in rows):g}"}]},
+    panels=lambda rows: [Panel("values", "row", "value", (Series("all", [0, 1], [0.0, 1.0]),))],
+)
+
+
+def cloud(folder: Path, name: str) -> Path:
+    """A file of the ellipsoid as seen by three cameras."""
+    points = ellipsoid()
+    view = np.argmax(points @ [[1, -0.5, -0.5], [0, 0.87, -0.87], [0, 0, 0]], axis=1)
+    np.savez(folder / f"{name}.npz", points=points, view=view, table_height=0.0)
+    return folder / f"{name}.npz"
+
+
+@pytest.fixture
+def toy(monkeypatch) -> str:
+    """A study that runs in this process; its cases are in WORKED."""
+
+    def inline(function, items, workers):
+        for item in items:
+            try:
+                yield item, function(item)
+            except InputError as error:
+                yield item, str(error)
+
+    WORKED.clear()
+    monkeypatch.setattr("sgnlp.studies.study.each", inline)
+    monkeypatch.setitem(STUDIES, "convergence", TOY)
+    return "convergence"
+
+
+def study(name: str, *arguments: object) -> int:
+    return run(["study", name, *map(str, arguments)])
+
+
+def test_one_camera_two_and_all_as_in_the_paper():
+    assert view_sets(["a", "b", "c"]) == [["a"], ["b", "c"], ["a", "b", "c"]]
+    assert view_sets(("a", "b")) == [["a"], ["a", "b"]]
+    assert view_sets(["a"]) == [["a"]]
+    assert view_sets(list("abcd")) == [["a"], ["b", "c", "d"], ["a", "b", "c", "d"]]
+
+
+def test_every_object_is_worked_on_from_one_two_and_three_cameras(tmp_path, toy, capfd):
+    files, out = [cloud(tmp_path, "one"), cloud(tmp_path, "two")], tmp_path / "study"
+    assert study(toy, *files, "--seed", 3, "--out", out) == 0
+    assert [(name, " ".join(views)) for name in ("one", "two") for views in VIEWS] == WORKED
+    assert sorted(file.name for file in out.iterdir()) == [
+        *("figure.png", "figure.svg", "made.json", "rows.csv", "table.md", "table.txt")
+    ]
+    assert len(results.read_rows(out / "rows.csv", Row)) == 2 * 3 * 2
+    assert (out / "table.md").read_text().splitlines()[2:] == ["| rows | sum [m] |", "| --- | --- |", "| 12 | 48 |"]
+    assert (out / "table.txt").read_text().split("\n")[:2] == ["Rows [1]", "rows  sum [m]"]
+    made = json.loads((out / "made.json").read_text())
+    assert made["study"]["seed"] == 3
+    assert list(made["inputs"]) == ["one", "two"]
+    assert made["versions"]["numpy"] == np.__version__
+    assert "[m]" in capfd.readouterr().out
+
+
+def test_a_study_goes_on_where_it_ended(tmp_path, toy):
+    one, two, out = cloud(tmp_path, "one"), cloud(tmp_path, "two"), tmp_path / "study"
+    assert study(toy, two, "--out", out) == 0
+    assert study(toy, two, "--out", out) == 0
+    assert len(WORKED) == 3
+    assert study(toy, one, two, "--out", out) == 0
+    assert [name for name, _ in WORKED] == ["two"] * 3 + ["one"] * 3
+    rows = results.read_rows(out / "rows.csv", Row)
+    results.write_rows(out / "rows.csv", [row for row in rows if row.views != "1 2"])
+    assert study(toy, one, two, "--out", out) == 0
+    assert WORKED[6:] == [("one", "1 2"), ("two", "1 2")]
+    assert results.read_rows(out / "rows.csv", Row) == rows  # in the order of the cases, not of the work
+
+
+def test_a_case_that_fails_is_named_and_tried_again(tmp_path, toy, capfd):
+    out = tmp_path / "study"
+    for _ in range(2):
+        assert study(toy, cloud(tmp_path, "bad"), cloud(tmp_path, "good"), "--out", out) == 1
+        assert "failed: bad 0: nothing to see" in capfd.readouterr().out
+    assert len(WORKED) == 3 + 3 + 3
+    assert {row.object for row in results.read_rows(out / "rows.csv", Row)} == {"good"}
+
+
+def test_a_study_of_nothing_but_failures_writes_no_table(tmp_path, toy):
+    out = tmp_path / "study"
+    assert study(toy, cloud(tmp_path, "bad"), "--out", out) == 1
+    assert [file.name for file in out.iterdir()] == ["made.json"]
+
+
+def test_rows_of_other_settings_or_of_a_changed_cloud_are_never_mixed(tmp_path, toy, capfd):
+    one, out = cloud(tmp_path, "one"), tmp_path / "study"
+    assert study(toy, one, "--out", out) == 0
+    before = (out / "rows.csv").read_bytes()
+    for flags in (("--seed", 1), ("--starts", 3), ("--preset", "paper"), ("--weights.reg", 20)):
+        assert study(toy, one, "--out", out, *flags) == 3
+        assert "holds rows of other settings or clouds" in capfd.readouterr().err
+    assert (out / "rows.csv").read_bytes() == before
+
+
+def test_what_was_worked_out_before_an_interrupt_is_kept(tmp_path, toy, monkeypatch, capfd):
+    def third_is_interrupted(setup, file, views):
+        if len(WORKED) == 2:
+            raise KeyboardInterrupt
+        return work(setup, file, views)
+
+    file, out = cloud(tmp_path, "one"), tmp_path / "study"
+    monkeypatch.setitem(STUDIES, toy, replace(TOY, cases=partial(over_views, third_is_interrupted)))
+    assert study(toy, file, "--out", out) == 130
+    assert capfd.readouterr() == ("", "interrupted\n")
+    assert sorted(path.name for path in out.iterdir()) == ["made.json", "rows.csv"]
+    monkeypatch.setitem(STUDIES, toy, TOY)
+    assert study(toy, file, "--out", out) == 0
+    assert [views for _, views in WORKED] == ["0", "1 2", "0 1 2"]
+
+
+def test_bad_input_of_a_study_is_told_before_any_work(tmp_path, toy, capfd, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    good = cloud(tmp_path, "one")
+    calls = {
+        "there is no such file": (good, "none.npz"),
+        "two of the clouds are called 'one'": (good, good),
+        "unknown hand": (good, "--hand", "nope"),
+        "--starts must be positive": (good, "--starts", 0),
+        "--seed must not be negative": (good, "--seed", -1),
+        "--jobs must be positive": (good, "--jobs", 0),
+        "--timeout must be positive": (good, "--timeout", "nan"),
+        "cannot be written": (good, "--out", good),
+        "needs clouds": (),
+    }
+    for message, arguments in calls.items():
+        assert study(toy, *arguments) == 3
+        out, err = capfd.readouterr()
+        assert (out, err.count("\n")) == ("", 1)
+        assert message in err
+    assert not WORKED
+    assert [path.name for path in tmp_path.iterdir()] == ["one.npz"]
+
+
+def test_rows_of_another_study_are_refused(tmp_path, toy, capfd):
+    out = tmp_path / "study"
+    out.mkdir()
+    (out / "rows.csv").write_text("object,other\nmug,1\n")
+    assert study(toy, cloud(tmp_path, "one"), "--out", out) == 3
+    assert "does not hold rows of this study" in capfd.readouterr().err
+
+
+def test_without_matplotlib_a_study_says_that_there_is_no_figure(tmp_path, toy, monkeypatch, capfd):
+    monkeypatch.setitem(__import__("sys").modules, "matplotlib", None)
+    assert study(toy, cloud(tmp_path, "one"), "--out", tmp_path / "study") == 0
+    assert "no figure: figures need Matplotlib: pip install 'sgnlp[plots]'" in capfd.readouterr().out
+    with pytest.raises(InputError):
+        plots.draw(TOY.panels([]))
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_every_study_has_a_question_rows_that_a_file_can_hold_and_facts(name):
+    found = STUDIES[name]
+    assert found.question.endswith("?")
+    assert {field.type for field in fields(found.row)} <= {str, int, float, bool}
+    assert found.facts(Setup((), "allegro_left", ROBUST, 7, 5, 1.0))["seed"] == 5
+
+
+def test_the_help_lists_every_study(capfd):
+    assert run(["study", "--help"]) == 0
+    out = capfd.readouterr().out
+    assert all(f"{name}: " in out for name in STUDIES)
