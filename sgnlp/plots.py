@@ -23,7 +23,10 @@ HATCHES = ("", "///", "...", "xxx", "\\\\\\")
 
 @dataclass(frozen=True)
 class Series:
-    """Values y over x; `low` and `high`, where given, are the ends of their intervals."""
+    """Values y over x; `low` and `high`, where given, are the ends of their intervals.
+
+    A label that occurs in several panels should have the same place in each, for the place decides the style.
+    """
 
     label: str
     x: Sequence[Any]
@@ -68,11 +71,20 @@ def draw(panels: Sequence[Panel]) -> dict[str, bytes]:
             _fill(ax, panel)
         for ax in axes[len(panels) :]:
             ax.remove()
+        _legend(figure, max(1, 2 * (columns - 1)))
         for suffix in options:
             file = io.BytesIO()
             figure.savefig(file, format=suffix, **options[suffix])
             files[suffix] = file.getvalue()
     return files
+
+
+def _legend(figure: Any, columns: int) -> None:
+    """One legend below all panels, of every label once; none where there is one label."""
+    pairs = (zip(*ax.get_legend_handles_labels(), strict=True) for ax in figure.axes)
+    handles = {label: handle for pair in pairs for handle, label in pair}
+    if len(handles) > 1:
+        figure.legend(handles.values(), handles, loc="outside lower center", ncols=columns, frameon=False)
 
 
 def _fill(ax: Any, panel: Panel) -> None:
@@ -81,8 +93,6 @@ def _fill(ax: Any, panel: Panel) -> None:
     if panel.y_range is not None:
         ax.set_ylim(*panel.y_range)
     ax.spines[["top", "right"]].set_visible(False)
-    if len(panel.series) > 1:
-        ax.legend(frameon=False, fontsize=7)
 
 
 def _lines(ax: Any, panel: Panel) -> None:
