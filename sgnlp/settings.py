@@ -256,11 +256,12 @@ PAPER = Settings(limits=Limits(force_max=1e3), spheres="paper")
 """The paper's weights with its errata corrected."""
 
 ROBUST = Settings(
-    contact=Contact(friction=0.6),
+    contact=Contact(friction=0.6, mass=0.3),
     weights=replace(Weights(), gain=0.0),
     limits=Limits(force_min=4.0, rotation_deg=10.0, shift=0.01, gain_min=100.0, gain_max=400.0, table_margin=0.012),
 )
-"""What held best in simulation: more force, stiffer springs, a reserve of friction, the whole hand covered."""
+"""What held best in simulation: more force, stiffer springs, a reserve of friction, the weight of 0.3 kg at the
+equilibrium, the whole hand covered."""
 
 VARIANTS: dict[str, Callable[[Settings], Settings]] = {
     "bilevel-high": lambda s: _closure(s, gain_fixed=2.0),

@@ -1,10 +1,12 @@
 """Studies: experiments over many objects, one file each, by the name that `sgnlp study` knows them by."""
 
-from sgnlp.studies import calibration, convergence
+from sgnlp.studies import calibration, comparison, convergence, weights
 from sgnlp.studies.study import Study
 
 STUDIES: dict[str, Study] = {
     "calibration": calibration.STUDY,
+    "comparison": comparison.STUDY,
     "convergence": convergence.STUDY,
+    "weights": weights.STUDY,
 }
 """A study is one line here."""

@@ -22,7 +22,7 @@ from sgnlp.kernels import KERNELS
 from sgnlp.observation import Observation, load
 from sgnlp.plots import Panel, Series
 from sgnlp.studies.coverage import LEVELS, QUANTILES, coverage, factor, half_width, kept_coverage, quantiles
-from sgnlp.studies.study import Lines, Setup, Study, Tables, over_views
+from sgnlp.studies.study import Lines, Setup, Study, Tables, body, over_views
 from sgnlp.training import training_set
 from sgnlp.truth import signed_distance, surface_samples
 
@@ -123,12 +123,6 @@ def halves(rows: Sequence[Row]) -> tuple[list[str], list[str]]:
     """Every other body in the order of their names, and the others; the poses NAME_0, NAME_1 … are one body's."""
     bodies = sorted({body(row.object) for row in rows})
     return bodies[::2], bodies[1::2]
-
-
-def body(name: str) -> str:
-    """The name of an object without the number of its pose."""
-    stem, _, pose = name.rpartition("_")
-    return stem if stem and pose.isdigit() else name
 
 
 def as_set(rows: Sequence[Row]) -> list[Row]:

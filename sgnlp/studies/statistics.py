@@ -4,7 +4,7 @@ from math import sqrt
 from statistics import NormalDist
 
 
-def wilson(successes: int, trials: int, level: float = 0.95) -> tuple[float, float]:
+def wilson(successes: float, trials: int, level: float = 0.95) -> tuple[float, float]:
     """Wilson's score interval of a share (Wilson 1927): all p with |p̂ - p| ≤ z √(p(1 - p)/n). (0, 1) of no trials."""
     if trials == 0:
         return 0.0, 1.0
@@ -14,7 +14,7 @@ def wilson(successes: int, trials: int, level: float = 0.95) -> tuple[float, flo
     return max((centre - spread) / (1 + z * z / trials), 0.0), min((centre + spread) / (1 + z * z / trials), 1.0)
 
 
-def percent(successes: int, trials: int) -> str:
+def percent(successes: float, trials: int) -> str:
     """A share in percent with its 95 % interval, `85 (79-90)`; `-` of no trials."""
     if trials == 0:
         return "-"

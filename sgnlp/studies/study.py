@@ -84,6 +84,12 @@ class Study:
     clouds: bool = True
 
 
+def body(name: str) -> str:
+    """The name of an object without the number of its pose."""
+    stem, _, pose = name.rpartition("_")
+    return stem if stem and pose.isdigit() else name
+
+
 def view_sets(names: Sequence[str]) -> list[list[str]]:
     """One camera (the first), two (the others), all: as in the paper's experiments."""
     names = list(names)
