@@ -161,9 +161,9 @@ def test_bad_input_of_a_study_is_told_before_any_work(tmp_path, toy, capfd, monk
         "two of the clouds are called 'one'": (good, good),
         "unknown hand": (good, "--hand", "nope"),
         "--starts must be positive": (good, "--starts", 0),
-        "--seed must not be negative": (good, "--seed", -1),
+        "--seed must be at least 0": (good, "--seed", -1),
         "--jobs must be positive": (good, "--jobs", 0),
-        "--timeout must be positive": (good, "--timeout", "nan"),
+        "--timeout must be a finite number": (good, "--timeout", "nan"),
         "cannot be written": (good, "--out", good),
         "needs clouds": (),
     }
@@ -207,7 +207,7 @@ def test_the_help_lists_every_study(capfd):
 
 
 def test_cases_run_in_processes_of_their_own(tmp_path):
-    file, out = Path(__file__).parents[1] / "problems" / "ball.npz", tmp_path / "study"
+    file, out = Path(__file__).parents[1] / "problems" / "orange_0.npz", tmp_path / "study"
     small = ("--gpis.surface-points", 40, "--gpis.interior-points", 10)
     assert study("calibration", file, "--jobs", 2, "--out", out, *small) == 0
     rows = results.read_rows(out / "rows.csv", STUDIES["calibration"].row)

@@ -1,0 +1,139 @@
+"""Trials: what a row says, what counts as success, and that no failure is left out."""
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from scenes import SMALL
+
+from sgnlp.errors import InputError
+from sgnlp.observation import load
+from sgnlp.settings import ROBUST, Settings
+from sgnlp.studies import comparison, trials, weights
+from sgnlp.studies.study import Setup
+from sgnlp.studies.trials import LOADS, NO_PLAN, Condition, Row
+
+CAN = Path(__file__).parents[1] / "problems" / "can_1.npz"
+LIGHT, HEAVY = LOADS
+
+
+def row(**changes: object) -> Row:
+    """A trial that held."""
+    held = Row(
+        *("can_1", "2 views", LIGHT, "reporting", "1 2", 7, 6, 0.5, 0.1, 0.0, "held", 1.0, 1.0),
+        *(0.0, 50.0, 1.0, 0.5, 2.0, 1.0, 0.3, False),
+    )
+    return replace(held, **changes)  # type: ignore[arg-type]
+
+
+def setup(**changes: object) -> Setup:
+    made = Setup((CAN,), "allegro_left", SMALL, 1, 0, 60.0)
+    return replace(made, **changes)  # type: ignore[arg-type]
+
+
+def test_a_trial_has_a_row_for_each_load_and_the_same_plan_in_both():
+    light, heavy = trials.trial(setup(settings=ROBUST), CAN, Condition("2 views", 2), ["1", "2"])
+    assert (light.load, heavy.load) == tuple(LOADS)
+    assert (light.object, light.half, light.views, light.starts) == ("can_1", "reporting", "1 2", 1)
+    assert light.margin == heavy.margin
+    assert light.ending in trials.ENDINGS
+    assert light.penetration_mm >= 0
+    assert light.score >= light.strict
+    if light.ending == "held":
+        assert light.score == 1
+        assert light.rise_mm > 20
+
+
+def test_a_plan_without_a_feasible_grasp_is_a_trial_that_failed():
+    def impossible(settings: Settings) -> Settings:
+        return replace(settings, limits=replace(settings.limits, table_margin=10.0))
+
+    found = trials.trial(setup(), CAN, Condition("none", 1, impossible), ["0"])
+    assert [(r.ending, r.score, r.feasible) for r in found] == [(NO_PLAN, 0.0, 0)] * 2
+    assert all(math.isnan(r.rise_mm) for r in found)
+
+
+def test_the_views_are_one_camera_the_other_two_or_all():
+    observation = load(CAN)
+    cases = trials.cases([Condition(str(n), n) for n in (1, 2, 3)], setup(), [observation])
+    assert [case.key for case in cases] == [("can_1", "1"), ("can_1", "2"), ("can_1", "3")]
+    assert [case.work.args[-1] for case in cases] == [["0"], ["1", "2"], ["0", "1", "2"]]  # type: ignore[attr-defined]
+
+
+def test_an_object_without_truth_or_without_enough_cameras_is_refused():
+    observation = load(CAN)
+    with pytest.raises(InputError, match="has no true surface"):
+        trials.cases([Condition("1", 1)], setup(), [replace(observation, mesh_vertices=None)])
+    with pytest.raises(InputError, match="not seen by 2 cameras"):
+        trials.cases([Condition("two", 2)], setup(), [replace(observation, view_names=("0",))])
+
+
+def test_totals_count_failures_and_keep_the_halves_apart():
+    rows = [row(), row(score=0.5, strict=0.0, ending="slid"), row(score=0.0, strict=0.0, ending=NO_PLAN, feasible=0)]
+    rows += [row(half="choosing", score=0.0, strict=0.0, ending="in collision")]
+    (line,) = [line for line in trials.totals(rows, ["2 views"]) if line["load"] == LIGHT]
+    assert line["reporting"].startswith("50 (")
+    assert line["choosing"].startswith("0 (")
+    assert line["all"].startswith("38 (")
+    assert line["strict"].startswith("25 (")
+    assert line["free of collision"].startswith("67 (")
+    assert line["feasible starts"] == "18 of 28"
+
+
+def test_every_ending_is_counted_once():
+    rows = [row(ending=ending, load=load) for ending in trials.ENDINGS for load in LOADS]
+    for line in trials.endings(rows, ["2 views"]):
+        assert [line[ending] for ending in trials.ENDINGS] == ["1"] * len(trials.ENDINGS)
+
+
+def test_the_comparison_stands_beside_the_papers_numbers():
+    rows = [row(), row(object="can_2", score=0.0), row(object="thing_0"), row(object="can_1", load=HEAVY, score=0.5)]
+    lines = {line["object"]: line for line in comparison.by_object(rows, LIGHT)}
+    assert lines["can"]["2 views"] == "50 (100)"
+    assert lines["can"]["3 views"] == "- (100)"
+    assert lines["thing"]["2 views"] == "100"
+    assert lines["all"]["2 views"] == "67 (89)"
+    assert comparison.by_object(rows, HEAVY)[-1]["2 views"] == "50 (89)"
+
+
+def test_the_papers_columns_have_the_means_that_it_prints():
+    means = [round(sum(column) / len(column)) for column in zip(*comparison.PAPER.values(), strict=True)]
+    assert means == [93, 89, 84, 75, 79, 62, 64, 71]  # it prints 65 for the last but one
+    assert len(comparison.CONDITIONS) == len(means)
+
+
+def test_every_failure_of_the_plain_conditions_is_listed():
+    rows = [row(), row(score=0.0, ending="dropped"), row(score=0.5, ending="slid", condition="1 view")]
+    rows += [row(score=0.0, half="choosing"), row(score=0.0, condition="bilevel high, 2 views")]
+    assert [line["ending"] for line in comparison.failures(rows)] == ["dropped", "slid"]
+    assert "Failures of the reporting half from 1, 2 and 3 views" in comparison.tables(rows)
+
+
+def test_the_panels_show_the_reporting_half_with_intervals():
+    light, heavy = comparison.panels([row(), row(score=0.0), row(half="choosing", score=0.0)])
+    (series,) = light.series
+    assert list(series.y) == [50.0]
+    assert series.low[0] < 50 < series.high[0]
+    assert math.isnan(heavy.series[0].y[0])
+
+
+def test_the_study_of_weights_takes_three_objects_and_scales_one_weight_at_a_time():
+    with pytest.raises(InputError, match="pear, mustard, cracker"):
+        weights.cases(setup(), [load(CAN)])
+    file = CAN.with_name("pear_0.npz")
+    cases = weights.cases(setup(files=(CAN, file)), [load(CAN), load(file)])
+    assert len(cases) == 1 + 2 * 8
+    assert {case.key[0] for case in cases} == {"pear_0"}
+    changed = weights.scaled("tar", 2.0, ROBUST)
+    assert changed.weights.tar == 2 * ROBUST.weights.tar
+    assert replace(changed, weights=replace(changed.weights, tar=ROBUST.weights.tar)) == ROBUST
+
+
+def test_the_table_of_weights_has_ours_beside_the_papers():
+    rows = [row(object="pear_0", condition=name) for name in ("as set", "tar x 0.5")]
+    rows += [row(object="pear_0", condition="tar x 2", score=0.0)]
+    (line,) = [line for line in weights.table(LIGHT, rows) if line["weight"] == "w_tar"]
+    assert (line["x 0.5"][:4], line["x 0.5, paper"]) == ("100 ", "73")
+    assert (line["x 2"][:2], line["x 2, paper"]) == ("0 ", "77")
+    assert [series.y[1] for series in weights.panels(rows)[0].series] == [100.0] * 8
