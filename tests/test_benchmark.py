@@ -17,10 +17,11 @@ from scenes import SMALL, ellipsoid, hand, oracle, posed
 
 import sgnlp
 from sgnlp import benchmarks, results
-from sgnlp.benchmarks import growth, measure, processes, ratios, solving, startup, surface
+from sgnlp.benchmarks import growth, measure, processes, ratios, solving, startup, surface, targets
 from sgnlp.benchmarks.bench import Bench
 from sgnlp.benchmarks.measure import Row, Time, clocked, cold_times, spread, timing, warm_times
 from sgnlp.benchmarks.oracle import call, functions, scene
+from sgnlp.benchmarks.oracle import rows as oracle_rows
 from sgnlp.cli import run
 from sgnlp.cli.benchmark import Benchmark, Section
 from sgnlp.ipopt import Planner
@@ -107,6 +108,24 @@ def test_there_is_a_table_for_each_question():
         "b?": ["y"],
     }
     assert tables["a?"][0]["CPU"] == ""
+
+
+def test_targets_are_judged_by_the_median_and_stand_first():
+    rows = [
+        replace(spread(name, unit, values), question="how long?")
+        for name, unit, values in (("a start", "s", [0.1, 0.11, 9.0]), ("an iteration", "ms", [0.1, 1.1, 1.2]))
+    ]
+    tables = benchmarks.tables(rows)
+    assert list(tables) == [targets.QUESTION, "how long?"]
+    assert [(line["what"], line["target"], line["met"]) for line in tables[targets.QUESTION]] == [
+        ("a start", "0.12", "yes"),
+        ("an iteration", "1", "no"),
+    ]
+
+
+def test_every_target_is_of_something_that_is_measured(bench):
+    measured = {row.name for section in (solving.solves, oracle_rows) for row in section(replace(bench, starts=7))}
+    assert {name for name in targets.TARGETS if not name.startswith("sgnlp solve,")} <= measured
 
 
 @pytest.mark.parametrize(("value", "text"), [(0.012345, "0.0123"), (12.345, "12.3"), (123456.7, "123457"), (0, "0")])

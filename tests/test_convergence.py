@@ -97,7 +97,8 @@ def test_a_real_case_has_a_row_for_every_start(monkeypatch):
         assert row.seconds > 0
 
 
-def test_a_start_that_overruns_its_limit_is_a_row_with_the_reason(monkeypatch):
+def test_a_start_that_overruns_its_limit_is_a_row_with_the_reason(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(convergence, "compare", hang)
     found = case(observation(), hand(), SMALL, count=2, seed=0, timeout=0.1)
     assert [(row.start, row.failure) for row in found] == [(0, "stopped after 0.1 s"), (1, "stopped after 0.1 s")]

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from math import isnan
 
-from sgnlp.benchmarks import growth, oracle, ratios, solving, startup, surface
+from sgnlp.benchmarks import growth, oracle, ratios, solving, startup, surface, targets
 from sgnlp.benchmarks.bench import Bench
 from sgnlp.benchmarks.measure import Row
 
@@ -35,9 +35,17 @@ def measured(bench: Bench, sections: Sequence[str]) -> Iterator[Row]:
 
 
 def tables(rows: Sequence[Row]) -> dict[str, list[dict[str, str]]]:
-    """The lines of each question's table."""
+    """The lines of each question's table, the targets first if any was measured."""
     questions = dict.fromkeys(row.question for row in rows)
-    return {question: [_line(row) for row in rows if row.question == question] for question in questions}
+    judged = [_judged(row, target) for row, target in targets.judged(rows)]
+    found = {question: [_line(row) for row in rows if row.question == question] for question in questions}
+    return ({targets.QUESTION: judged} if judged else {}) | found
+
+
+def _judged(row: Row, target: float) -> dict[str, str]:
+    numbers = {"target": target, "median": row.median}
+    texts = {name: number(value) for name, value in numbers.items()}
+    return {"what": row.name, "unit": row.unit, **texts, "met": "yes" if row.median <= target else "no"}
 
 
 def _line(row: Row) -> dict[str, str]:
