@@ -22,6 +22,8 @@ class Checked:
         """Raise `InputError` naming the first field whose value is not valid."""
         hints = get_type_hints(type(self))
         for f in fields(self):  # type: ignore[arg-type]
+            if isinstance(getattr(self, f.name), list):  # as JSON has them
+                object.__setattr__(self, f.name, tuple(getattr(self, f.name)))
             names = get_args(hints[f.name]) if get_origin(hints[f.name]) is Literal else ()
             self._check(f.name, getattr(self, f.name), names)
 
