@@ -260,8 +260,7 @@ ROBUST = Settings(
     weights=replace(Weights(), gain=0.0),
     limits=Limits(force_min=4.0, rotation_deg=10.0, shift=0.01, gain_min=100.0, gain_max=400.0, table_margin=0.012),
 )
-"""What held best in simulation: more force, stiffer springs, a reserve of friction, the weight of 0.3 kg at the
-equilibrium, the whole hand covered."""
+"""What held best in simulation: more force and stiffness, reserves of friction and weight, the whole hand covered."""
 
 VARIANTS: dict[str, Callable[[Settings], Settings]] = {
     "bilevel-high": lambda s: _closure(s, gain_fixed=2.0),
