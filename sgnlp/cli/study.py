@@ -67,7 +67,7 @@ class Study(Tabling, Starting):
     def _rows(
         self, console: Console, study: studies.Study, cases: list[Case], folder: Path
     ) -> tuple[list[Any], dict[str, str]]:
-        with closing(Workers(self.jobs)) as workers, bars(console) as bar:
+        with closing(Workers(1 if study.alone else self.jobs)) as workers, bars(console) as bar:
             return collect(study, cases, folder / ROWS, workers, bar(self.name, len(cases)).move)
 
 

@@ -73,6 +73,7 @@ class Study:
         panels: the panels of the figure over all rows.
         facts: what the rows depend on beside the clouds; rows of other facts are never mixed.
         clouds: whether it is made on clouds.
+        alone: whether its cases run one at a time, for their times to mean something.
     """
 
     question: str
@@ -82,6 +83,7 @@ class Study:
     panels: Callable[[Sequence[Any]], list[Panel]]
     facts: Callable[[Setup], dict[str, Any]] = Setup.facts
     clouds: bool = True
+    alone: bool = False
 
 
 def body(name: str) -> str:

@@ -68,8 +68,13 @@ class Row:
     premature: bool
 
 
-def cases(conditions: Sequence[Condition], setup: Setup, observations: Sequence[Observation]) -> list[Case]:
-    """A case for each object and condition; rows begin with both names.
+def cases(
+    conditions: Sequence[Condition],
+    setup: Setup,
+    observations: Sequence[Observation],
+    work: Callable[[Setup, Path, Condition, list[str]], list[Any]] | None = None,
+) -> list[Case]:
+    """A case for each object and condition, a trial if no other work is given; rows begin with both names.
 
     Raises:
         InputError: an object has no true surface or too few cameras.
@@ -77,7 +82,7 @@ def cases(conditions: Sequence[Condition], setup: Setup, observations: Sequence[
     for whole in observations:
         true_body(whole)
     return [
-        Case((whole.name, condition.name), partial(trial, setup, file, condition, _views(whole, condition)))
+        Case((whole.name, condition.name), partial(work or trial, setup, file, condition, _views(whole, condition)))
         for file, whole in zip(setup.files, observations, strict=True)
         for condition in conditions
     ]
@@ -92,18 +97,27 @@ def _views(whole: Observation, condition: Condition) -> list[str]:
 
 def trial(setup: Setup, file: Path, condition: Condition, views: list[str]) -> list[Row]:
     """The rows of one object in one condition, one for each load."""
-    settings = condition.change(setup.settings)
-    hand, observation = load_hand(setup.hand, settings.spheres), load(file, views=views)
-    options = {"count": setup.starts, "seed": setup.seed, "timeout": setup.timeout}
-    plan = solve(observation, hand, settings, jobs=1, **options)  # type: ignore[arg-type]
+    plan = planned(setup, file, condition, views)
     rows = []
     for name, load_settings in LOADS.items():
         row = _planned(plan, condition, name, views)
         if plan.best:
-            outcome = simulate(command(arrays(plan)), true_body(observation), hand, load_settings)
-            row = replace(row, **_simulated(outcome))
+            row = replace(row, **_simulated(carried_out(plan, load_settings)))
         rows.append(row)
     return rows
+
+
+def planned(setup: Setup, file: Path, condition: Condition, views: list[str] | None) -> Plan:
+    """The plan for an object as some cameras see it, or all, made in one process."""
+    settings = condition.change(setup.settings)
+    hand, observation = load_hand(setup.hand, settings.spheres), load(file, views=views)
+    options = {"count": setup.starts, "seed": setup.seed, "timeout": setup.timeout}
+    return solve(observation, hand, settings, jobs=1, **options)  # type: ignore[arg-type]
+
+
+def carried_out(plan: Plan, load_settings: SimulationSettings) -> Outcome:
+    """What the plan's first choice does to the true object."""
+    return simulate(command(arrays(plan)), true_body(plan.observation), plan.problem.hand, load_settings)
 
 
 def _planned(plan: Plan, condition: Condition, load_name: str, views: list[str]) -> Row:
