@@ -1,12 +1,13 @@
 """Studies: experiments over many objects, one file each, by the name that `sgnlp study` knows them by."""
 
-from sgnlp.studies import calibration, comparison, convergence, pose, time, weights
+from sgnlp.studies import calibration, comparison, convergence, defaults, pose, time, weights
 from sgnlp.studies.study import Study
 
 STUDIES: dict[str, Study] = {
     "calibration": calibration.STUDY,
     "comparison": comparison.STUDY,
     "convergence": convergence.STUDY,
+    "defaults": defaults.STUDY,
     "pose": pose.STUDY,
     "time": time.STUDY,
     "weights": weights.STUDY,

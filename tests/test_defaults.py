@@ -1,0 +1,83 @@
+"""The study of the defaults: its steps lead from the paper to the robust preset, each by what it says."""
+
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import pytest
+from test_trials import HEAVY, LIGHT, row
+
+from sgnlp.errors import InputError
+from sgnlp.observation import load
+from sgnlp.settings import PAPER, ROBUST, VARIANTS
+from sgnlp.studies import defaults
+from sgnlp.studies.defaults import FINAL, STEPS, settings_of
+from sgnlp.studies.study import Setup
+
+CAN = Path(__file__).parents[1] / "problems" / "can_1.npz"
+SETUP = Setup((CAN,), "allegro_left", ROBUST, 7, 0, 60.0)
+
+
+def flat(settings) -> dict[str, object]:
+    """Every setting by its name, `limits.shift`."""
+    found = {}
+    for name, value in asdict(settings).items():
+        found |= {f"{name}.{key}": v for key, v in value.items()} if isinstance(value, dict) else {name: value}
+    return found
+
+
+def test_the_steps_begin_with_the_paper_and_end_at_the_default():
+    assert settings_of("paper") == PAPER
+    assert settings_of(FINAL) == settings_of("the same, 1 view") == ROBUST
+
+
+@pytest.mark.parametrize("name", STEPS)
+def test_a_step_changes_what_it_says_and_nothing_else(name):
+    if STEPS[name].before:
+        now, before = flat(settings_of(name)), flat(settings_of(STEPS[name].before))
+        assert {key: value for key, value in now.items() if value != before[key]} == STEPS[name].changes
+
+
+def test_a_step_is_the_variant_of_the_same_name():
+    assert settings_of("pad ignored") == VARIANTS["no-pad"](ROBUST)
+
+
+def test_every_object_is_tried_in_every_step_by_its_own_settings():
+    cases = defaults.cases(SETUP, [load(CAN)])
+    assert [case.key for case in cases] == [("can_1", name) for name in STEPS]
+    for condition in defaults.CONDITIONS:
+        assert condition.change(PAPER) == settings_of(condition.name)
+    assert [c.name for c in defaults.CONDITIONS if c.cameras == 1] == ["the same, 1 view"]
+
+
+def test_settings_of_the_command_line_are_refused():
+    with pytest.raises(InputError, match="has its own settings"):
+        defaults.cases(replace(SETUP, settings=PAPER), [load(CAN)])
+
+
+def test_the_rows_depend_on_the_settings_of_every_step():
+    assert defaults.facts(SETUP)["settings"][FINAL] == asdict(ROBUST)
+    assert list(defaults.facts(SETUP)["settings"]) == list(STEPS)
+
+
+def test_a_gain_is_over_the_step_before_on_the_objects_that_have_both():
+    scores = {"paper": (0.0, 0.5, 1.0), "whole hand covered": (1.0, 1.0)}
+    rows = [
+        row(object=f"can_{i}", condition=name, score=score, half="choosing")
+        for name, values in scores.items()
+        for i, score in enumerate(values)
+    ]
+    first, second = defaults.table(LIGHT, rows)
+    assert (first["gain, choosing"], second["gain, choosing"]) == ("-", "+75")
+    assert (second["choosing"].split()[0], second["reporting"]) == ("100", "-")
+    assert second["gain, reporting"] == "-"
+    assert (second["step"], second["changes"]) == ("whole hand covered", "paper")
+
+
+def test_the_tables_have_both_loads_the_endings_and_what_the_steps_are():
+    rows = [row(condition=FINAL), row(condition=FINAL, load=HEAVY, score=0.0, ending="dropped")]
+    found = defaults.tables(rows)
+    success = [lines for title, lines in found.items() if title.startswith("Success")]
+    assert [lines[0]["reporting"].split()[0] for lines in success] == ["100", "0"]
+    assert len(found["Steps"]) == len(STEPS)
+    assert {line["settings"] for line in found["Steps"]} >= {"contact.mass = 0.3", "contact.friction = 0.5"}
+    assert len(defaults.panels(rows)) == 2
