@@ -172,6 +172,8 @@ def test_bad_input_of_a_study_is_told_before_any_work(tmp_path, toy, capfd, monk
         out, err = capfd.readouterr()
         assert (out, err.count("\n")) == ("", 1)
         assert message in err
+    assert study("triangles", good) == 3
+    assert "takes no files" in capfd.readouterr().err
     assert not WORKED
     assert [path.name for path in tmp_path.iterdir()] == ["one.npz"]
 

@@ -1,6 +1,15 @@
 """Studies: experiments over many objects, one file each, by the name that `sgnlp study` knows them by."""
 
-from sgnlp.studies import calibration, comparison, convergence, defaults, pose, time, weights
+from sgnlp.studies import (
+    calibration,
+    comparison,
+    convergence,
+    defaults,
+    pose,
+    time,
+    triangles,
+    weights,
+)
 from sgnlp.studies.study import Study
 
 STUDIES: dict[str, Study] = {
@@ -10,6 +19,7 @@ STUDIES: dict[str, Study] = {
     "defaults": defaults.STUDY,
     "pose": pose.STUDY,
     "time": time.STUDY,
+    "triangles": triangles.STUDY,
     "weights": weights.STUDY,
 }
 """A study is one line here."""
