@@ -95,15 +95,15 @@ class Tabling:
 
 
 def beginning(command: type[Command], name: str) -> Command:
-    """A command with its flags where none is given: the settings are those of the preset, what is required is missing.
+    """A command with its flags where none is given: a plan's settings are the preset's, what is required is missing.
 
     Raises:
         InputError: there is no such preset.
     """
-    chosen = {"preset": name, "settings": preset(name)}
-    known = {f.name: f for f in fields(command)}  # type: ignore[arg-type]
-    required = [f.name for f in known.values() if f.default is f.default_factory is MISSING]
-    return command(**dict.fromkeys(required, tyro.MISSING) | {key: chosen[key] for key in chosen.keys() & known})
+    settings = preset(name)
+    chosen = {"preset": name, "settings": settings} if issubclass(command, Planning) else {}
+    required = [f.name for f in fields(command) if f.default is f.default_factory is MISSING]  # type: ignore[arg-type]
+    return command(**dict.fromkeys(required, tyro.MISSING) | chosen)
 
 
 def made(**facts: Any) -> dict[str, Any]:
