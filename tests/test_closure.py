@@ -10,10 +10,12 @@ from scenes import SMALL, block, hand, oracle, posed
 
 from sgnlp.energies import TERMS
 from sgnlp.energies.spring import margins
+from sgnlp.equilibrium import GRAVITY
 from sgnlp.grasp import Grasp
 from sgnlp.ipopt import Planner, nlp_solver
 from sgnlp.ops import Exact
 from sgnlp.pool import solve_start
+from sgnlp.problem import Problem
 from sgnlp.recompute import recompute
 from sgnlp.settings import Settings, Weights, preset
 from sgnlp.solution import Solution
@@ -31,16 +33,18 @@ WIDTHS = (0.1, 1e-2, 1e-3)
 """Of the rounding of the residual [N, N m], the last fine enough to compare with what is not rounded."""
 
 
-def convex(contacts: np.ndarray, normals: np.ndarray, com: np.ndarray, friction: float, force_min: float) -> float:
-    """min |Σ F| + |Σ (p - c_g) × F| over the friction cones with a least normal force, as second-order cones."""
-    F = cp.Variable(contacts.shape)
-    torque = sum(_skew(p - com) @ F[i] for i, p in enumerate(contacts))
-    cones = [cp.norm(F[i]) <= -np.sqrt(1 + friction**2) * (n @ F[i]) for i, n in enumerate(normals)]
-    press = [n @ F[i] <= -force_min for i, n in enumerate(normals)]
-    problem = cp.Problem(cp.Minimize(cp.norm(cp.sum(F, axis=0)) + cp.norm(torque)), cones + press)
-    problem.solve(solver=cp.CLARABEL)
-    assert problem.status == cp.OPTIMAL
-    return float(problem.value)
+def convex(problem: Problem, g: Grasp) -> float:
+    """min |Σ F - m g e_z| + |Σ (p - c_g) × F| over the friction cones with a least normal force, as cones."""
+    contact, force_min = problem.settings.contact, problem.settings.limits.force_min
+    F = cp.Variable(g.contacts.shape)
+    force = cp.sum(F, axis=0) - np.array([0.0, 0.0, contact.mass * GRAVITY])
+    torque = sum(_skew(p - problem.com) @ F[i] for i, p in enumerate(g.contacts))
+    cones = [cp.norm(F[i]) <= -np.sqrt(1 + contact.friction**2) * (n @ F[i]) for i, n in enumerate(g.normals)]
+    press = [n @ F[i] <= -force_min for i, n in enumerate(g.normals)]
+    program = cp.Problem(cp.Minimize(cp.norm(force) + cp.norm(torque)), cones + press)
+    program.solve(solver=cp.CLARABEL)
+    assert program.status == cp.OPTIMAL
+    return float(program.value)
 
 
 def _skew(a: np.ndarray) -> np.ndarray:
@@ -52,13 +56,13 @@ def residual(g: Grasp) -> float:
 
 
 @cache
-def inner(yaw: float, friction: float) -> Grasp:
+def inner(bend: float, friction: float) -> Grasp:
     """The grasp with the least residual that the program finds for a hand that it may not move."""
     settings = replace(INNER, contact=replace(INNER.contact, friction=friction))
     problem, functions = posed(settings), oracle(settings, "penalty")
     nlp, n = functions.nlp, len(hand().joint_names)
     start = starts(problem, 1, 0)[0]
-    joints = np.clip(start.joints + yaw, hand().lower, hand().upper)
+    joints = np.clip(start.joints + bend, hand().lower, hand().upper)
     start = replace(start, joints=joints)
     low, high = problem.variable_bounds(nlp, joints)
     low[: 6 + n] = high[: 6 + n] = 0.0
@@ -78,8 +82,8 @@ def inner(yaw: float, friction: float) -> Grasp:
 @pytest.mark.parametrize("friction", [0.2, 0.6, 1.0])
 @pytest.mark.parametrize("bend", [-0.2, 0.0, 0.3])
 def test_the_forces_of_the_program_leave_the_residual_of_the_second_order_cone_program(bend, friction):
-    g, problem = inner(bend, friction), posed(INNER)
-    least = convex(g.contacts, g.normals, problem.com, friction, INNER.limits.force_min)
+    g = inner(bend, friction)
+    least = convex(posed(replace(INNER, contact=replace(INNER.contact, friction=friction))), g)
     assert residual(g) == pytest.approx(least, abs=1e-3)
     assert margins(g.forces, g.normals, friction, Exact()).min() > -1e-6
     assert -(g.forces * g.normals).sum(axis=1).max() >= INNER.limits.force_min - 1e-5
@@ -122,9 +126,8 @@ def test_a_baseline_is_solved_and_the_convex_solver_agrees_that_its_contacts_clo
     g = s.grasp
     assert s.solved(settings.solver.tolerance)
     assert s.feasible
-    problem = posed(replace(settings, gpis=SMALL.gpis))
     assert residual(g) < 1e-5
-    assert convex(g.contacts, g.normals, problem.com, g.friction, g.force_min) < 1e-5
+    assert convex(posed(settings), g) < 1e-5
     np.testing.assert_allclose(g.targets, g.contacts + g.forces / g.gains[:, None], atol=1e-12)
     assert np.linalg.norm(g.forces, axis=1).max() <= settings.limits.force_max + 1e-5
 
