@@ -23,8 +23,12 @@ from sgnlp.training import training_set
 Array = NDArray[np.float64]
 
 SEMI_AXES = np.array([0.035, 0.05, 0.04])  # [m]
-SMALL = replace(ROBUST, gpis=GpisSettings(surface_points=60, interior_points=15))
-"""The robust settings with a surface of fewer points."""
+SMALL = replace(
+    ROBUST,
+    gpis=GpisSettings(surface_points=60, interior_points=15),
+    contact=replace(ROBUST.contact, mass=0.0),
+)
+"""The robust settings with a surface of fewer points, and without weight, so that forces balance."""
 
 
 def sphere_points(count: int, seed: int) -> Array:
