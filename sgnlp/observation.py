@@ -7,9 +7,9 @@ below it, thin very large clouds, drop outliers, refuse what has no volume or no
 import hashlib
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -95,6 +95,7 @@ class Observation:
     notes: tuple[str, ...] = ()  # a sentence for each thing dropped or assumed
     source: str | None = None  # the file it was read from
     half: str = ""  # of a problem set: choosing, reporting, or none
+    reading: dict[str, Any] | None = None  # the options that `load` was given, in plain values
 
 
 def load(
@@ -110,6 +111,8 @@ def load(
     The file's own table height, camera positions and mesh are in its unit and follow `scale`; the argument
     `table_height` [m] takes precedence. Raises `InputError`, one line that begins with the path.
     """
+    names = None if views is None else list(views)
+    reading = {"views": names, "scale": scale, "table_height": table_height, "settings": asdict(settings)}
     try:
         raw = clouds.read(path)
         if table_height is None and raw.table_height is not None:
@@ -130,7 +133,7 @@ def load(
             notes=[f"Ignored the unknown keys {', '.join(raw.ignored_keys)}."] if raw.ignored_keys else [],
             settings=settings,
         )
-        return replace(observation, source=str(path), half=raw.half)
+        return replace(observation, source=str(path), half=raw.half, reading=reading)
     except InputError as error:
         line = "".join(letter if letter.isprintable() else "?" for letter in f"{path}: {error}")
         raise InputError(line) from error

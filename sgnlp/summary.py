@@ -19,6 +19,7 @@ def meta(plan: Plan) -> dict[str, Any]:
         "object": observation.name,
         "source": observation.source,
         "input_digest": observation.digest,
+        "reading": observation.reading,
         "table_height": observation.table_height,
         "hand": plan.problem.hand.name,
         "settings": asdict(plan.problem.settings, dict_factory=_plain),

@@ -19,6 +19,7 @@ STAGES = (
     "problem starts ipopt recompute solution pool plan",
     "firstorder benchmarks",
     "environment grasps simulation results summary workers batch report plots",
+    "refit handmeshes scene3d scene_html scene_png scene_live",
     "studies",
     "cli __main__",
 )
@@ -91,7 +92,7 @@ def test_only_the_command_line_prints(path):
 @pytest.mark.parametrize("path", MODULES, ids=dotted)
 def test_no_module_imports_what_is_slow_or_optional_before_it_is_needed(path):
     at_the_top = {name for node in parse(path).body for name in _outside(node)}
-    assert not at_the_top & {"open3d", "matplotlib", "mujoco", "plotly"}
+    assert not at_the_top & {"open3d", "matplotlib", "mujoco", "plotly", "skimage", "viser"}
     assert "tyro" not in at_the_top or "cli" in path.relative_to(PACKAGE).parts
 
 

@@ -21,10 +21,11 @@ from sgnlp.cli.observe import Observe
 from sgnlp.cli.simulate import Simulate
 from sgnlp.cli.solve import Solve
 from sgnlp.cli.study import Study
+from sgnlp.cli.view import View
 from sgnlp.errors import SgnlpError
 from sgnlp.settings import PRESETS, VARIANTS
 
-COMMANDS = (Solve, Batch, Simulate, Observe, Hands, Study, Benchmark, Cache, Doctor)
+COMMANDS = (Solve, Batch, Simulate, View, Observe, Hands, Study, Benchmark, Cache, Doctor)
 
 
 def _commands(name: str) -> Any:

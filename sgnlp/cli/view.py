@@ -1,0 +1,62 @@
+"""`sgnlp view`: planned grasps to be looked at, in the browser, in a file, in a picture."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import tyro
+from rich.console import Console
+
+from sgnlp import refit, results, scene_html, scene_live, scene_png
+from sgnlp.cli import codes
+from sgnlp.errors import InputError
+from sgnlp.hand import load_hand
+from sgnlp.scene3d import Scene, scene
+
+
+@dataclass
+class View:
+    """Look at planned grasps: hand, cloud, surface with its deviation, contacts, springs. Needs the extra `view`."""
+
+    folder: tyro.conf.Positional[Path]
+    """a result of `sgnlp solve`"""
+    html: Path | None = None
+    """write one HTML file that opens offline, and serve nothing"""
+    png: Path | None = None
+    """write a picture from three sides, and serve nothing"""
+    rank: int = 0
+    """grasp of the picture, 0 the best"""
+    object: Path | None = None
+    """the file that was solved, if it is elsewhere now"""
+    hand: str | None = None
+    """folder of the hand, if it is none of `sgnlp hands`"""
+    port: int = 8080
+    """where the browser finds it: http://localhost:PORT"""
+
+    def run(self, console: Console) -> int:
+        """Read, pose again, draw."""
+        shown = self._scene()
+        for note in shown.notes:
+            console.print(note, style="dim", soft_wrap=True)
+        if not 0 <= self.rank < len(shown.views):
+            raise InputError(f"--rank must be between 0 and {len(shown.views) - 1}")
+        if self.html is not None:
+            results.write_text(self.html, scene_html.page(shown))
+            console.print(f"written: {self.html}", soft_wrap=True)
+        if self.png is not None:
+            results.write_bytes(self.png, scene_png.picture(shown, self.rank))
+            console.print(f"written: {self.png}", soft_wrap=True)
+        if self.html is None and self.png is None:
+            server = scene_live.Live(shown, self.port)
+            console.print(f"open http://localhost:{server.port} in a browser; Ctrl-C ends", soft_wrap=True)
+            server.wait()
+        return codes.FEASIBLE
+
+    def _scene(self) -> Scene:
+        grasps = results.load_grasps(self.folder)
+        hand = load_hand(self.hand or grasps.meta["hand"], grasps.meta["settings"]["spheres"])
+        try:
+            cloud = refit.observation(grasps, self.object)
+        except InputError as error:
+            return scene(grasps, hand, None, np.zeros((0, 3)), [f"Without cloud and surface: {error}."])
+        return scene(grasps, hand, refit.problem(grasps, cloud, hand), cloud.points)

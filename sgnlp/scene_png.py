@@ -1,0 +1,116 @@
+"""A scene as a picture: triangles, segments and points in one list, painted from back to front by Matplotlib.
+
+It needs neither screen nor OpenGL, and the same scene gives the same picture.
+"""
+
+import io
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.errors import InputError
+from sgnlp.scene3d import SPHERES, Scene, Shape
+
+Array = NDArray[np.float64]
+
+AZIMUTHS, ELEVATION = (-55.0, 35.0, 125.0), 20.0
+"""Three cameras side by side, all from this far above [deg]."""
+SIZE, DPI = 5.0, 130
+"""Of a view [inch], and dots per inch."""
+LIGHT = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
+AMBIENT = 0.45
+DOT = 6e-4
+"""Half the side of a point [m]; a segment is this wide for each pixel of its width over 4."""
+
+
+def picture(scene: Scene, rank: int = 0, stage: int = 1) -> bytes:
+    """A PNG of a grasp at one of its stages, from three sides.
+
+    Raises:
+        InputError: Matplotlib is not installed.
+    """
+    try:
+        from matplotlib import colormaps
+        from matplotlib.collections import PolyCollection
+        from matplotlib.colors import Normalize
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise InputError("pictures need Matplotlib: pip install 'sgnlp[view]'") from None
+    shapes = [shape for shape in placed(scene, rank, stage) if shape.layer != SPHERES]
+    values = [shape.values for shape in shapes if shape.values is not None]
+    scale = Normalize(*(np.concatenate(values).min(), np.concatenate(values).max()) if values else (0, 1))
+    figure = Figure(figsize=(SIZE * len(AZIMUTHS), SIZE), layout="constrained")
+    axes = figure.subplots(1, len(AZIMUTHS))
+    for ax, azimuth in zip(axes, AZIMUTHS, strict=True):
+        camera = axes_of_view(azimuth, ELEVATION)
+        drawn = [_polygons(shape, camera, lambda v: colormaps["viridis"](scale(v))) for shape in shapes]
+        polygons = [polygon for part, _, _ in drawn for polygon in part]
+        depth, colours = np.concatenate([d for _, d, _ in drawn]), np.concatenate([c for _, _, c in drawn])
+        order = np.argsort(depth)
+        ax.add_collection(PolyCollection([polygons[i] for i in order], facecolors=colours[order], linewidths=0))
+        for label in scene.views[rank].labels:
+            ax.annotate(label.text, np.array(label.place) @ camera[:2].T, fontsize=7)
+        ax.set_aspect("equal")
+        ax.autoscale_view()
+        ax.set_axis_off()
+    view = scene.views[rank]
+    figure.suptitle(f"{scene.name}, grasp {view.title}, {view.stages[stage].name}", fontsize=10)
+    if values:
+        from matplotlib.cm import ScalarMappable
+
+        figure.colorbar(ScalarMappable(scale, "viridis"), ax=axes, label="± σ of the surface [mm]", shrink=0.6)
+    file = io.BytesIO()
+    figure.savefig(file, format="png", dpi=DPI)
+    return file.getvalue()
+
+
+def placed(scene: Scene, rank: int, stage: int) -> list[Shape]:
+    """The shapes of a grasp's stage in the world."""
+    view = scene.views[rank]
+    at = view.stages[stage]
+    shapes = [_moved(link, T[:3, :3], T[:3, 3]) for link, T in zip(scene.links, view.links, strict=True)]
+    for shape in (*scene.shapes, *view.shapes, *at.shapes):
+        shapes.append(_moved(shape, at.rotation, at.translation) if shape.moves else shape)
+    return shapes
+
+
+def _moved(shape: Shape, rotation: Array, translation: Array) -> Shape:
+    return replace(shape, vertices=shape.vertices @ rotation.T + translation)
+
+
+def axes_of_view(azimuth: float, elevation: float) -> Array:
+    """Rows right, up and towards the viewer (3, 3) of a camera at these angles [deg]."""
+    a, e = np.radians(azimuth), np.radians(elevation)
+    towards = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    right = np.array([-np.sin(a), np.cos(a), 0.0])
+    return np.stack([right, np.cross(towards, right), towards])
+
+
+def _polygons(shape: Shape, camera: Array, colours: Any) -> tuple[list[Array], Array, Array]:
+    """The cells as polygons on the picture's plane, their depth towards the viewer (F,), colours (F, 4)."""
+    seen = shape.vertices @ camera.T  # (U, 3)
+    corners = seen[shape.cells]  # (F, k, 3)
+    depth = corners[:, :, 2].mean(axis=1)
+    rgba = np.tile([*shape.colour, shape.opacity], (len(corners), 1))
+    if shape.values is not None:
+        rgba[:, :3] = colours(shape.values[shape.cells].mean(axis=1))[:, :3]
+    plane = corners[:, :, :2]
+    if plane.shape[1] == 3:
+        normal = np.cross(*np.moveaxis(shape.vertices[shape.cells][:, 1:] - shape.vertices[shape.cells][:, :1], 1, 0))
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
+        rgba[:, :3] *= AMBIENT + (1 - AMBIENT) * np.abs(normal @ LIGHT)[:, None]
+        return list(plane), depth, rgba
+    half = DOT * shape.width / (2 if plane.shape[1] == 1 else 4)
+    if plane.shape[1] == 1:
+        square = half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+        return list(plane + square), depth, rgba
+    along = plane[:, 1] - plane[:, 0]
+    side = np.stack([-along[:, 1], along[:, 0]], axis=1)
+    side *= half / np.maximum(np.linalg.norm(side, axis=1, keepdims=True), np.finfo(float).tiny)
+    return (
+        list(np.stack([plane[:, 0] - side, plane[:, 1] - side, plane[:, 1] + side, plane[:, 0] + side], 1)),
+        depth,
+        rgba,
+    )
