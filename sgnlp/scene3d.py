@@ -125,7 +125,7 @@ def scene(grasps: Grasps, hand: Hand, problem: Problem | None, points: Array, no
     middle = grasps.contacts[0].mean(axis=0)
     shapes = [table(middle, float(meta["table_height"]))]
     if len(points):
-        shapes.append(Shape(CLOUD, points, np.arange(len(points))[:, None], BLACK, moves=True))
+        shapes.append(Shape(CLOUD, points, np.arange(len(points))[:, None], BLACK, width=1.0, moves=True))
     if problem is not None:
         shapes.append(surface(problem.gpis, problem.box))
     links = tuple(

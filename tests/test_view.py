@@ -97,8 +97,8 @@ def test_the_page_draws_hand_object_and_springs_without_an_error(grasps, tmp_pat
     page = tmp_path / "page.html"
     assert run(["view", str(tmp_path / "made"), "--html", str(page), "--png", str(tmp_path / "it.png")]) == 0
     assert (tmp_path / "it.png").read_bytes().startswith(b"\x89PNG")
-    command = [str(BROWSER), *FLAGS.split(), "--virtual-time-budget=20000", "--dump-dom", page.as_uri()]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=240)
+    command = [str(BROWSER), *FLAGS.split(), "--virtual-time-budget=5000", "--dump-dom", page.as_uri()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=400)
     drawn = done.stdout.rpartition('data-drawn="')[2].partition('"')[0].split(",")
     assert {"hand", "surface", "cloud", "springs", "contacts", "normals", "friction cones", "table"} <= set(drawn)
     told = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
