@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 FloatArray = NDArray[np.float64]
@@ -60,3 +61,15 @@ class Mesh:
         low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
         place = np.asarray(position) - (low + high)[:2] / 2
         return Mesh(self.vertices + np.r_[place, -low[2]], self.faces)
+
+
+def unit_sphere(count: int) -> Mesh:
+    """The hull of `count` points on a Fibonacci spiral over the unit sphere."""
+    i = np.arange(count) + 0.5
+    z, angle = 1 - 2 * i / count, np.pi * (1 + np.sqrt(5)) * i
+    r = np.sqrt(1 - z * z)
+    points = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
+    hull = ConvexHull(points)
+    corners = points[hull.simplices]
+    inward = np.einsum("fi,fi->f", np.cross(*np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 0)), corners[:, 0]) < 0
+    return Mesh(points, np.where(inward[:, None], hull.simplices[:, ::-1], hull.simplices).astype(int))

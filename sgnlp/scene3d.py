@@ -1,7 +1,7 @@
 """What a view of planned grasps shows, as vertices, simplices and numbers, for any backend that draws them.
 
-The object's motion has stages: the pregrasp, the first contact, and steps of a screw-free motion to the equilibrium,
-x ↦ exp(s log R) x + s' t, with s from 0 to 1, about the centroid of the contacts. The hand stays at the pregrasp.
+The object's motion has stages: the pregrasp, the first contact, and steps to the equilibrium. With p̄ the middle of the
+contacts, it turns by exp(s log R) about p̄ while p̄ moves by s (R p̄ + t - p̄), s from 0 to 1. The hand stays at the pregrasp.
 """
 
 from collections.abc import Callable, Sequence
@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from sgnlp.errors import InputError
@@ -18,7 +17,7 @@ from sgnlp.grasps import Grasps
 from sgnlp.hand import Hand
 from sgnlp.handmeshes import link_meshes, link_poses
 from sgnlp.kinematics import frames
-from sgnlp.meshes import Mesh
+from sgnlp.meshes import unit_sphere
 from sgnlp.problem import Problem
 
 Array = NDArray[np.float64]
@@ -48,6 +47,7 @@ GAIN_WIDTH = 60.0
 """Gain of a spring that is drawn one pixel wide [N/m]."""
 STEPS = 5
 """Stages from first contact to equilibrium."""
+BALL = unit_sphere(80)
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,21 +282,4 @@ def _segments(layer: str, path: Array, colour: Colour, width: float, moves: bool
 
 
 def _ball(layer: str, centre: Array, radius: float, colour: Colour, opacity: float = 1.0, moves: bool = False) -> Shape:
-    mesh = BALL
-    return Shape(layer, centre + radius * mesh.vertices, mesh.faces, colour, opacity=opacity, moves=moves)
-
-
-def _sphere() -> Mesh:
-    """The unit sphere: the hull of points on a Fibonacci spiral."""
-    count = 80
-    i = np.arange(count) + 0.5
-    z, angle = 1 - 2 * i / count, np.pi * (1 + np.sqrt(5)) * i
-    r = np.sqrt(1 - z * z)
-    points = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
-    hull = ConvexHull(points)
-    corners = points[hull.simplices]
-    inward = np.einsum("fi,fi->f", np.cross(*np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 0)), corners[:, 0]) < 0
-    return Mesh(points, np.where(inward[:, None], hull.simplices[:, ::-1], hull.simplices).astype(int))
-
-
-BALL = _sphere()
+    return Shape(layer, centre + radius * BALL.vertices, BALL.faces, colour, opacity=opacity, moves=moves)
