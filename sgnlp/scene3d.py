@@ -1,7 +1,8 @@
 """What a view of planned grasps shows, as vertices, simplices and numbers, for any backend that draws them.
 
 The object's motion has stages: the pregrasp, the first contact, and steps to the equilibrium. With p̄ the middle of the
-contacts, it turns by exp(s log R) about p̄ while p̄ moves by s (R p̄ + t - p̄), s from 0 to 1. The hand stays at the pregrasp.
+contacts, it turns by exp(s log R) about p̄ while p̄ moves by s (R p̄ + t - p̄), s from 0 to 1. The hand stays at the
+pregrasp.
 """
 
 from collections.abc import Callable, Sequence
