@@ -30,7 +30,7 @@ from sgnlp.settings import ROBUST
 from sgnlp.starts import starts
 
 INTERPRETED = replace(SMALL, solver=replace(SMALL.solver, compiled=False))
-SMALL_FLAGS = ("--gpis.surface-points", 60, "--gpis.interior-points", 15)
+SMALL_FLAGS = ("--gpis.surface-points", 60, "--gpis.interior-points", 15, "--contact.mass", 0)
 
 
 @pytest.fixture

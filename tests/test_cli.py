@@ -28,7 +28,7 @@ from sgnlp.pool import solve_start
 from sgnlp.settings import PRESETS, ROBUST, Settings
 
 ORANGE = Path(__file__).parents[1] / "problems" / "orange_0.npz"
-SMALL_FLAGS = ["--gpis.surface-points", "60", "--gpis.interior-points", "15"]
+SMALL_FLAGS = ["--gpis.surface-points", "60", "--gpis.interior-points", "15", "--contact.mass", "0"]
 NAN = float("nan")
 
 
@@ -511,7 +511,8 @@ def test_the_defaults_in_the_help_are_those_of_the_preset(capfd, preset):
 
 
 def test_the_settings_of_the_small_flags_are_those_of_the_shared_scene():
-    assert replace(ROBUST, gpis=replace(ROBUST.gpis, surface_points=60, interior_points=15)) == SMALL
+    gpis, contact = replace(ROBUST.gpis, surface_points=60, interior_points=15), replace(ROBUST.contact, mass=0.0)
+    assert replace(ROBUST, gpis=gpis, contact=contact) == SMALL
     assert isinstance(SMALL, Settings)
     assert solve_start is sgnlp.pool.solve_start
 
