@@ -10,8 +10,8 @@ import pytest
 PACKAGE = Path(__file__).parents[1] / "sgnlp"
 STAGES = (
     "errors checked settings toolchain",
-    "open3d_files clouds sampling observation truth",
-    "meshes cameras scenes settling",
+    "open3d_files clouds sampling observation",
+    "meshes truth cameras scenes settling",
     "kernels training gpis",
     "nodes hand kinematics",
     "equilibrium grasp ops energies constraints",

@@ -1,6 +1,7 @@
 """The anatomy of a study: which cases run, rows that are kept, failures, what is written, and the registry."""
 
 import json
+import sys
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
@@ -12,7 +13,7 @@ from scenes import ellipsoid
 from sgnlp import plots, results
 from sgnlp.cli import run
 from sgnlp.errors import InputError
-from sgnlp.plots import Panel, Series
+from sgnlp.plots import Panel, Series, draw
 from sgnlp.settings import ROBUST
 from sgnlp.studies import STUDIES
 from sgnlp.studies.study import Setup, Study, over_views, view_sets
@@ -55,7 +56,7 @@ def cloud(folder: Path, name: str) -> Path:
 
 @pytest.fixture
 def toy(monkeypatch) -> str:
-    """A study that runs in this process; its cases are in WORKED."""
+    """A study that runs in this process and draws nothing; its cases are in WORKED."""
 
     def inline(function, items, workers):
         for item in items:
@@ -65,6 +66,7 @@ def toy(monkeypatch) -> str:
                 yield item, str(error)
 
     WORKED.clear()
+    monkeypatch.setattr(plots, "draw", lambda panels: {"svg": b"drawn", "png": b"drawn"})
     monkeypatch.setattr("sgnlp.studies.study.each", inline)
     monkeypatch.setitem(STUDIES, "convergence", TOY)
     return "convergence"
@@ -187,11 +189,12 @@ def test_rows_of_another_study_are_refused(tmp_path, toy, capfd):
 
 
 def test_without_matplotlib_a_study_says_that_there_is_no_figure(tmp_path, toy, monkeypatch, capfd):
-    monkeypatch.setitem(__import__("sys").modules, "matplotlib", None)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.setattr(plots, "draw", draw)
     assert study(toy, cloud(tmp_path, "one"), "--out", tmp_path / "study") == 0
     assert "no figure: figures need Matplotlib: pip install 'sgnlp[plots]'" in capfd.readouterr().out
     with pytest.raises(InputError):
-        plots.draw(TOY.panels([]))
+        draw(TOY.panels([]))
 
 
 @pytest.mark.parametrize("name", STUDIES)
@@ -214,3 +217,4 @@ def test_cases_run_in_processes_of_their_own(tmp_path):
     assert study("calibration", file, "--jobs", 2, "--out", out, *small) == 0
     rows = results.read_rows(out / "rows.csv", STUDIES["calibration"].row)
     assert list(dict.fromkeys(row.views for row in rows)) == [" ".join(views) for views in VIEWS]
+    assert (out / "figure.png").read_bytes().startswith(b"\x89PNG")

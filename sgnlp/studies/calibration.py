@@ -19,6 +19,7 @@ from scipy.spatial.distance import cdist
 from sgnlp.errors import InputError
 from sgnlp.gpis import Gpis, fit
 from sgnlp.kernels import KERNELS
+from sgnlp.meshes import Mesh
 from sgnlp.observation import Observation, load
 from sgnlp.plots import Panel, Series
 from sgnlp.studies.coverage import LEVELS, QUANTILES, coverage, factor, half_width, kept_coverage, quantiles
@@ -81,13 +82,13 @@ def truth(observation: Observation, rng: np.random.Generator) -> Truth:
     """
     if observation.mesh_vertices is None or observation.mesh_faces is None:
         raise InputError(f"'{observation.name}' comes without its true surface, 'mesh_vertices' and 'mesh_faces'")
-    mesh = observation.mesh_vertices, observation.mesh_faces
-    points, normals = surface_samples(*mesh, SAMPLES, rng)
+    mesh = Mesh(observation.mesh_vertices, observation.mesh_faces)
+    points, normals = surface_samples(mesh, SAMPLES, rng)
     centres = points + PAD * normals
-    touched = signed_distance(*mesh, centres) > CLEAR * PAD
+    touched = signed_distance(mesh, centres) > CLEAR * PAD
     touched &= centres[:, 2] > observation.table_height + PAD
     queries = np.stack([points + offset * normals for offset in OFFSETS])[:, touched]
-    return Truth(points[touched], queries, np.stack([signed_distance(*mesh, Q) for Q in queries]))
+    return Truth(points[touched], queries, np.stack([signed_distance(mesh, Q) for Q in queries]))
 
 
 def rows_of(setup: Setup, file: Path, views: list[str]) -> list[Row]:
