@@ -14,16 +14,9 @@ from sgnlp.settings import Settings
 
 def settings(meta: dict[str, Any]) -> Settings:
     """The settings that a result was planned with."""
-    known = {f.name: f.default_factory for f in fields(Settings)}
+    known: dict[str, Any] = {f.name: f.default_factory for f in fields(Settings)}
     values = {name: value for name, value in meta["settings"].items() if name in known}
-    return Settings(**{name: _restored(known[name], value) for name, value in values.items()})
-
-
-def _restored(kind: Any, value: Any) -> Any:
-    """A section of the settings, whose tuples JSON has as lists, or a plain value."""
-    if not isinstance(value, dict):
-        return value
-    return kind(**{key: tuple(item) if isinstance(item, list) else item for key, item in value.items()})
+    return Settings(**{n: known[n](**value) if isinstance(value, dict) else value for n, value in values.items()})
 
 
 def observation(grasps: Grasps, file: Path | None = None) -> Observation:
