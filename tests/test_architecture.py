@@ -17,10 +17,10 @@ STAGES = (
     "equilibrium grasp ops energies constraints",
     "chain jets native parameters nlp codegen compiled oracle kkt",
     "problem starts ipopt recompute solution pool plan",
-    "firstorder benchmarks",
+    "firstorder",
     "environment grasps simulation results summary workers batch report plots",
     "refit handmeshes scene3d scene_html scene_png scene_live",
-    "studies",
+    "benchmarks studies",
     "cli __main__",
 )
 LAYERS = " ".join(STAGES).split(" ")

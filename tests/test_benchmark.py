@@ -17,7 +17,7 @@ from scenes import SMALL, ellipsoid, hand, oracle, posed
 
 import sgnlp
 from sgnlp import benchmarks, results
-from sgnlp.benchmarks import growth, measure, processes, ratios, solving, startup, surface, targets
+from sgnlp.benchmarks import growth, many, measure, processes, ratios, solving, startup, surface, targets
 from sgnlp.benchmarks.bench import Bench
 from sgnlp.benchmarks.measure import Row, Time, clocked, cold_times, spread, timing, warm_times
 from sgnlp.benchmarks.oracle import call, functions, scene
@@ -125,7 +125,7 @@ def test_targets_are_judged_by_the_median_and_stand_first():
 
 def test_every_target_is_of_something_that_is_measured(bench):
     measured = {row.name for section in (solving.solves, oracle_rows) for row in section(replace(bench, starts=7))}
-    assert {name for name in targets.TARGETS if not name.startswith("sgnlp solve,")} <= measured
+    assert {name for name in targets.TARGETS if not name.startswith(("sgnlp solve,", "sgnlp batch,"))} <= measured
 
 
 @pytest.mark.parametrize(("value", "text"), [(0.012345, "0.0123"), (12.345, "12.3"), (123456.7, "123457"), (0, "0")])
@@ -220,6 +220,39 @@ def test_objects_are_taken_one_two_four_and_so_on(bench, monkeypatch):
     bench.__dict__["observations"] = [None] * 5
     assert [row.name for row in growth.objects(bench)] == ["1 objects", "2 objects", "4 objects"]
     assert seen == [2] * 7
+
+
+def test_a_batch_of_many_objects_is_timed_and_its_memory_looked_at(bench, monkeypatch):
+    monkeypatch.setattr(many, "LOOKING", 0.1)
+    rows = {row.name.removeprefix("sgnlp batch, 3 objects"): row for row in many.rows(replace(bench, objects=3))}
+    assert list(rows) == ["", ": planning one", ": memory, early", ": memory, late"]
+    assert "2 starts each, 2 jobs;" in rows[""].note
+    assert rows[""].note.endswith("0 failed")
+    assert rows[": planning one"].repeats == 3
+    assert rows[""].median > rows[": planning one"].max > 0
+    assert rows[": memory, late"].median > 50
+
+
+def test_many_objects_are_the_given_ones_turned_and_scaled_on_their_table(bench, tmp_path):
+    (seen,) = bench.observations
+    files = many.variations([seen], 5, 1, tmp_path)
+    assert len(set(files)) == 5
+    sizes = []
+    for file in files:
+        with np.load(file) as made:
+            points = made["points"]
+        scale = np.ptp(points[:, 2]) / np.ptp(seen.points[:, 2])
+        np.testing.assert_allclose(points[:, 2] - seen.table_height, scale * (seen.points[:, 2] - seen.table_height))
+        spread_before, spread_after = (np.linalg.eigvalsh(np.cov(p[:, :2].T)) for p in (seen.points, points))
+        np.testing.assert_allclose(spread_after, scale**2 * spread_before)
+        sizes.append(scale)
+    assert len(set(sizes)) == 5
+    assert many.SIZES[0] < min(sizes) < max(sizes) < many.SIZES[1]
+
+
+def test_the_course_of_the_memory_is_told_early_without_the_start_and_late():
+    assert many.parts(list(range(10))) == {"early": [2, 3], "late": [8, 9]}
+    assert many.parts([7.0]) == {"early": [7.0], "late": [7.0]}
 
 
 def test_what_the_phases_and_the_comparisons_need_is_compiled_first_and_only_if_wanted(bench, monkeypatch):

@@ -563,3 +563,12 @@ def test_the_doctor_tells_versions_solvers_and_backend(capfd):
     for name in ("casadi", "pin", "numpy", "open3d", "nlpsol ipopt", "forward kinematics", "surface", "processor"):
         assert name in out
     assert err == ""
+
+
+@pytest.mark.parametrize("arguments", [("hands",), ("--version",), ("solve", "--help")])
+def test_a_reader_that_ends_early_is_no_error(arguments):
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run([*COMMAND, *arguments], stdout=writer, stderr=subprocess.PIPE, text=True)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (codes.BROKEN_PIPE, "")

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from math import isnan
 
-from sgnlp.benchmarks import growth, oracle, ratios, solving, startup, surface, targets
+from sgnlp.benchmarks import growth, many, oracle, ratios, solving, startup, surface, targets
 from sgnlp.benchmarks.bench import Bench
 from sgnlp.benchmarks.measure import Row
 
@@ -22,6 +22,7 @@ SECTIONS: dict[str, tuple[str, Callable[[Bench], Iterator[Row]]]] = {
     "points": ("How does the time grow with the training points?", growth.points),
     "starts": ("How does the time grow with the starts?", growth.count_starts),
     "objects": ("How does the time grow with the objects?", growth.objects),
+    "many": ("How long do many objects take, and does the memory stay flat?", many.rows),
 }
 """The question of each section and what answers it."""
 

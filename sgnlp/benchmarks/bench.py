@@ -25,6 +25,7 @@ class Bench:
     seed: int
     jobs: int
     repeats: int
+    objects: int = 1000
 
     @cached_property
     def hand(self) -> Hand:

@@ -49,19 +49,24 @@ def command(arguments: Sequence[str]) -> None:
     _check(done.returncode, done.stderr)
 
 
-def peak_memory(arguments: Sequence[str]) -> float:
-    """Largest memory [MB] of the command `sgnlp` and all its workers at once.
+def memory_course(arguments: Sequence[str], every: float = SAMPLING) -> list[float]:
+    """Memory [MB] of the command `sgnlp` and all its workers, looked at `every` so many seconds until it ends.
 
     What the processes share is counted once, as the largest of their shared parts: workers are forked.
     """
     process = subprocess.Popen([*COMMAND, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    peak = 0.0
+    course = []
     while process.poll() is None:
         parts = [_memory(pid) for pid in _tree(process.pid)]
-        peak = max(peak, sum(private for private, _ in parts) + max(shared for _, shared in parts))
-        time.sleep(SAMPLING)
+        course.append(sum(private for private, _ in parts) + max(shared for _, shared in parts))
+        time.sleep(every)
     _check(process.returncode, process.communicate()[1])
-    return peak
+    return course
+
+
+def peak_memory(arguments: Sequence[str]) -> float:
+    """The largest of `memory_course`."""
+    return max(memory_course(arguments))
 
 
 def _check(code: int, errors: str) -> None:

@@ -1,9 +1,15 @@
-"""The command line. Only this package prints."""
+"""The command line. Only this package prints.
+
+A command's module is imported when the command is called, and its flags alone are parsed: what all of them need takes
+a quarter of a second.
+"""
 
 import argparse
 import operator
+import os
 import sys
 from functools import reduce
+from importlib import import_module
 from typing import Annotated, Any
 
 import tyro
@@ -12,31 +18,29 @@ from rich.text import Text
 
 from sgnlp import __version__
 from sgnlp.cli import codes, interrupts
-from sgnlp.cli.batch import Batch
-from sgnlp.cli.benchmark import Benchmark
-from sgnlp.cli.cache import Cache
 from sgnlp.cli.flags import beginning
-from sgnlp.cli.info import Doctor, Hands
-from sgnlp.cli.observe import Observe
-from sgnlp.cli.simulate import Simulate
-from sgnlp.cli.solve import Solve
-from sgnlp.cli.study import Study
-from sgnlp.cli.view import View
 from sgnlp.errors import SgnlpError
 from sgnlp.settings import PRESETS, VARIANTS
 
-COMMANDS = (Solve, Batch, Simulate, View, Observe, Hands, Study, Benchmark, Cache, Doctor)
+COMMANDS = ("solve", "batch", "simulate", "view", "observe", "hands", "study", "benchmark", "cache", "doctor")
+"""The names of the commands; a-name would be the class `AName` of `sgnlp.cli.a_name`."""
 
 
-def _commands(name: str) -> Any:
-    """The subcommands, those that plan beginning with the settings of a preset."""
-    return reduce(
-        operator.or_,
-        (
-            Annotated[command, tyro.conf.subcommand(command.__name__.lower(), default=beginning(command, name))]
-            for command in COMMANDS
-        ),
-    )
+def command(name: str) -> Any:
+    """The class of a command."""
+    return getattr(import_module(f"sgnlp.cli.{name.replace('-', '_')}"), name.title().replace("-", ""))
+
+
+def _parsed(arguments: list[str]) -> Any:
+    """The command that the arguments ask for; those that plan begin with the settings of their preset."""
+    preset = _preset(arguments)
+    if arguments and arguments[0] in COMMANDS:
+        chosen, prog = command(arguments[0]), f"sgnlp {arguments[0]}"
+        return tyro.cli(chosen, args=arguments[1:], prog=prog, default=beginning(chosen, preset))
+    all_ = [(command(name), name) for name in COMMANDS]
+    each = [Annotated[c, tyro.conf.subcommand(name, default=beginning(c, preset))] for c, name in all_]
+    any_: Any = reduce(operator.or_, each)
+    return tyro.cli(any_, args=arguments, prog="sgnlp", description=_about())
 
 
 def _preset(arguments: list[str]) -> str:
@@ -56,10 +60,7 @@ def main(arguments: list[str] | None = None) -> None:
 
 def run(arguments: list[str]) -> int:
     """Run one command and return its exit code."""
-    console, errors = _console(), _console(stderr=True)
-    if arguments == ["--version"]:
-        console.print(__version__)
-        return 0
+    console, errors = _Console(), _Console(stderr=True)
     with interrupts.listening():
         try:
             return _command(arguments, console)
@@ -69,21 +70,34 @@ def run(arguments: list[str]) -> int:
         except KeyboardInterrupt:
             errors.print("interrupted")
             return codes.INTERRUPTED
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for the flush at the end of Python
+            return codes.BROKEN_PIPE
         except SystemExit as exit_:
             return codes.USAGE if exit_.code not in (0, None) else 0
 
 
 def _command(arguments: list[str], console: Console) -> int:
+    if arguments == ["--version"]:
+        console.print(__version__)
+        return 0
     try:
-        command = tyro.cli(_commands(_preset(arguments)), args=arguments, prog="sgnlp", description=_about())
-        return int(command.run(console))
+        code = int(_parsed(arguments).run(console))
+        sys.stdout.flush()
+        return code
     finally:
         interrupts.check()
 
 
-def _console(stderr: bool = False) -> Console:
-    """A console that takes brackets for what they are: those of units, arrays and file names."""
-    return Console(stderr=stderr, markup=False, emoji=False, highlight=False)
+class _Console(Console):
+    """A console that takes brackets for what they are, and lets `run` hear that nobody reads any more."""
+
+    def __init__(self, stderr: bool = False):
+        super().__init__(stderr=stderr, markup=False, emoji=False, highlight=False)
+
+    def on_broken_pipe(self) -> None:
+        """Rich would end the process."""
+        raise
 
 
 def _about() -> str:

@@ -16,7 +16,7 @@ from sgnlp.cli.flags import Starting, made
 from sgnlp.cli.interrupts import check
 from sgnlp.errors import InputError
 
-Section = Literal["startup", "oracle", "surface", "solving", "whole", "ratios", "points", "starts", "objects"]
+Section = Literal["startup", "oracle", "surface", "solving", "whole", "ratios", "points", "starts", "objects", "many"]
 PROBLEMS = Path("problems")
 """Where the clouds are if none is named."""
 
@@ -25,14 +25,16 @@ PROBLEMS = Path("problems")
 class Benchmark(Starting):
     """Measure fit, build, oracle, solves, memory, ratios and growth over some clouds, and write table and raw rows."""
 
-    valid: ClassVar[dict[str, Interval]] = Starting.valid | {"repeats": POSITIVE}
+    valid: ClassVar[dict[str, Interval]] = Starting.valid | {"repeats": POSITIVE, "objects": POSITIVE}
 
     files: tyro.conf.Positional[tuple[Path, ...]] = ()
     """the clouds; problems/*_0.npz if none is named"""
     sections: tuple[Section, ...] = get_args(Section)
-    """what to measure; everything takes a quarter of an hour or more"""
+    """what to measure; everything takes half an hour or more"""
     repeats: int = 5
     """values of each measurement"""
+    objects: int = 1000
+    """objects of the section many, made of the clouds by turning and scaling them"""
     jobs: int = 2
     """worker processes where there is more than one"""
     out: Path = field(default_factory=lambda: Path("results") / "benchmark")
@@ -43,7 +45,7 @@ class Benchmark(Starting):
         files = self.files or tuple(sorted(PROBLEMS.glob("*_0.npz")))
         if not files:
             raise InputError(f"no cloud is named, and there is none in '{PROBLEMS}'")
-        numbers = {"starts": self.starts, "seed": self.seed, "jobs": self.jobs, "repeats": self.repeats}
+        numbers = {name: getattr(self, name) for name in ("starts", "seed", "jobs", "repeats", "objects")}
         bench = Bench(files, self.hand, self.preset, self.settings, **numbers)
         how = self._made(bench)
         results.writable(self.out)
@@ -73,6 +75,7 @@ class Benchmark(Starting):
         study = {
             "sections": self.sections,
             "repeats": self.repeats,
+            "objects": self.objects,
             "starts": self.starts,
             "seed": self.seed,
             "jobs": self.jobs,

@@ -10,3 +10,5 @@ BAD_INPUT = 3
 """A file, name or value is wrong."""
 INTERRUPTED = 130
 """Ended by Ctrl-C."""
+BROKEN_PIPE = 141
+"""Whoever read the output has ended, as `head` does; the shell's code for SIGPIPE."""

@@ -1,4 +1,4 @@
-"""`sgnlp hands` and `sgnlp doctor`: what there is and what runs here."""
+"""`sgnlp doctor`: what runs here."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,18 +6,6 @@ from typing import Any
 from rich.console import Console
 
 from sgnlp import environment, report
-from sgnlp.hand import available_hands, load_hand
-
-
-@dataclass
-class Hands:
-    """List the hands that come with the package."""
-
-    def run(self, console: Console) -> int:
-        """One row a hand."""
-        table = report.hands_table([load_hand(name) for name in available_hands()])
-        console.print(table)
-        return 0
 
 
 @dataclass

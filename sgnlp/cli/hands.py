@@ -1,0 +1,18 @@
+"""`sgnlp hands`: the hands that come with the package."""
+
+from dataclasses import dataclass
+
+from rich.console import Console
+
+from sgnlp import report
+from sgnlp.hand import available_hands, load_hand
+
+
+@dataclass
+class Hands:
+    """List the hands that come with the package."""
+
+    def run(self, console: Console) -> int:
+        """One row a hand."""
+        console.print(report.hands_table([load_hand(name) for name in available_hands()]))
+        return 0
