@@ -168,6 +168,7 @@ def test_bad_input_of_a_study_is_told_before_any_work(tmp_path, toy, capfd, monk
         "--timeout must be a finite number": (good, "--timeout", "nan"),
         "cannot be written": (good, "--out", good),
         "needs clouds": (),
+        "no trials to take pictures of": (good, "--pictures"),
     }
     for message, arguments in calls.items():
         assert study(toy, *arguments) == 3

@@ -40,30 +40,41 @@ def headless() -> None:
 def draw(
     folder: Path, command: Command, body: Body, hand: Hand, settings: SimulationSettings, trace: Trace
 ) -> list[Path]:
-    """Write a PNG picture of the end of each phase, from three sides: targets yellow, forces on the object red.
+    """Write a PNG picture of the end of each phase; see `images`, also for what it raises."""
+    from PIL import Image
+
+    files = []
+    for phase, image in images(command, body, hand, settings, trace, SIZE).items():
+        files.append(folder / f"simulation-{phase}.png")
+        Image.fromarray(image).save(files[-1])
+    return files
+
+
+def images(
+    command: Command, body: Body, hand: Hand, settings: SimulationSettings, trace: Trace, size: int
+) -> dict[str, NDArray[np.uint8]]:
+    """The end of each phase from three sides, (size, 3 size, 3) pixels: targets yellow, forces on the object red.
 
     Raises:
         NoRenderer: there is no OpenGL that works without a screen.
     """
     try:
         import mujoco
-        from PIL import Image
 
         model = _lit(assembled(body, hand, command, settings)).compile()
-        renderer = mujoco.Renderer(model, SIZE, SIZE)
+        renderer = mujoco.Renderer(model, size, size)
     except Exception as error:  # drivers raise what they like
         raise NoRenderer(f"{error}; on Debian: apt install libegl1 libgl1-mesa-dri, and MUJOCO_GL=egl") from None
-    data, files = mujoco.MjData(model), []
+    data, drawn = mujoco.MjData(model), {}
     with renderer:
         for phase in PHASES:
             rows = np.flatnonzero(trace.phase == phase)
             if len(rows):
                 data.qpos[:] = trace.qpos[rows[-1]]
                 mujoco.mj_forward(model, data)
-                images = [_view(renderer, data, azimuth, command, trace, rows[-1]) for azimuth in AZIMUTHS]
-                files.append(folder / f"simulation-{phase}.png")
-                Image.fromarray(np.hstack(images)).save(files[-1])
-    return files
+                views = [_view(renderer, data, azimuth, command, trace, rows[-1]) for azimuth in AZIMUTHS]
+                drawn[phase] = np.hstack(views)
+    return drawn
 
 
 def _lit(spec: Any) -> Any:

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from sgnlp import plots, report, results, studies
 from sgnlp.checked import POSITIVE, Interval
-from sgnlp.cli import codes
+from sgnlp.cli import codes, failures
 from sgnlp.cli.flags import ROWS, Starting, Tabling, made
 from sgnlp.cli.progress import bars
 from sgnlp.errors import InputError
@@ -37,6 +37,8 @@ class Study(Tabling, Starting):
     """the clouds, where the study is made on clouds"""
     timeout: float = 300.0
     """wall-clock limit of a start with all that it is compared with [s]"""
+    pictures: bool = False
+    """look at the failed trials again, with pictures and reasons in failures.md, where the study has trials"""
     out: Path | None = None
     """folder of the results; results/NAME if not given"""
 
@@ -45,6 +47,8 @@ class Study(Tabling, Starting):
         study, folder = STUDIES[self.name], self.out or Path("results") / self.name
         if study.clouds != bool(self.files):
             raise InputError(f"the study {self.name} " + ("needs clouds" if study.clouds else "takes no files"))
+        if self.pictures and not study.failed:
+            raise InputError(f"the study {self.name} has no trials to take pictures of")
         results.writable(folder)
         load_hand(self.hand, self.settings.spheres)
         setup = Setup(self.files, self.hand, self.settings, self.starts, self.seed, self.timeout)
@@ -55,14 +59,17 @@ class Study(Tabling, Starting):
         results.same_study(folder / "made.json", how)
         results.read_rows(folder / ROWS, study.row)
         results.write_text(folder / "made.json", results.json_text(how))
-        rows, failures = self._rows(console, study, cases, folder)
+        rows, broken = self._rows(console, study, cases, folder)
         if rows:
             self.write(folder, rows)  # in another form too, though no case was missing
             _show(console, study, rows, folder)
-        for case, reason in failures.items():
+        if self.pictures and study.failed:
+            with bars(console) as bar:
+                failures.write(console, folder, study.failed(setup, rows), bar("pictures of failures", None))
+        for case, reason in broken.items():
             console.print(f"failed: {case}: {reason}", soft_wrap=True)
         console.print(f"written: {folder}", soft_wrap=True)
-        return codes.NONE_FEASIBLE if failures else codes.FEASIBLE
+        return codes.NONE_FEASIBLE if broken else codes.FEASIBLE
 
     def _rows(
         self, console: Console, study: studies.Study, cases: list[Case], folder: Path

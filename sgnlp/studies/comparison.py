@@ -4,12 +4,13 @@ The paper tried five poses of each real object (its Tab. II); here the first cho
 true shape, while the plan knew the partial cloud alone.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
-from sgnlp.observation import Observation
+from sgnlp.observation import Observation, load
 from sgnlp.plots import Panel
 from sgnlp.settings import VARIANTS
 from sgnlp.studies import trials
+from sgnlp.studies.failures import Failed, again
 from sgnlp.studies.study import Case, Lines, Setup, Study, Tables, body
 from sgnlp.studies.trials import LOADS, Condition, Row
 
@@ -81,13 +82,23 @@ def _line(name: str, rows: Sequence[Row]) -> dict[str, str]:
 
 def failures(rows: Sequence[Row]) -> Lines:
     """Each trial of the plain conditions that did not hold, with what is known of it."""
-    plain = [condition.name for condition in CONDITIONS[:3]]
-    failed = [row for row in rows if row.condition in plain and row.half == "reporting" and row.score < 1]
     return [
         {"object": row.object, "condition": row.condition, "load": row.load, "ending": row.ending}
         | {name: f"{getattr(row, name):.1f}" for name in ("penetration_mm", "rise_mm", "slip_mm", "shift_error_mm")}
-        for row in failed
+        for row in failed(rows)
     ]
+
+
+def failed(rows: Sequence[Row]) -> list[Row]:
+    """The trials of the plain conditions on the reporting half that did not hold."""
+    plain = [condition.name for condition in CONDITIONS[:3]]
+    return [row for row in rows if row.condition in plain and row.half == "reporting" and row.score < 1]
+
+
+def looked_at(setup: Setup, rows: Sequence[Row]) -> Iterator[Failed]:
+    """Those trials carried out again."""
+    files = {load(file).name: file for file in setup.files}
+    return (again(setup, files, CONDITIONS, row) for row in failed(rows))
 
 
 def panels(rows: Sequence[Row]) -> list[Panel]:
@@ -101,4 +112,5 @@ STUDY = Study(
     cases=cases,
     tables=tables,
     panels=panels,
+    failed=looked_at,
 )

@@ -4,7 +4,7 @@ A study is a file beside this one, ending in its `Study`, and a line in `sgnlp.s
 cases run in processes, each case's rows are kept as it ends, and those that are kept are not run again.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, astuple, dataclass
 from functools import partial
 from pathlib import Path
@@ -74,6 +74,7 @@ class Study:
         facts: what the rows depend on beside the clouds; rows of other facts are never mixed.
         clouds: whether it is made on clouds.
         alone: whether its cases run one at a time, for their times to mean something.
+        failed: the trials among the rows that are worth a look, carried out again.
     """
 
     question: str
@@ -84,6 +85,7 @@ class Study:
     facts: Callable[[Setup], dict[str, Any]] = Setup.facts
     clouds: bool = True
     alone: bool = False
+    failed: Callable[[Setup, Sequence[Any]], Iterator[Any]] | None = None
 
 
 def body(name: str) -> str:
