@@ -10,8 +10,9 @@ from sgnlp.grasps import Grasps
 from sgnlp.hand import Hand, load_hand
 from sgnlp.observation import Observation, load, observe
 from sgnlp.plan import Plan, solve
+from sgnlp.presets import preset
 from sgnlp.results import load_grasps
-from sgnlp.settings import Settings, preset
+from sgnlp.settings import Settings
 from sgnlp.summary import arrays
 
 __all__ = [

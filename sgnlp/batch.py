@@ -19,7 +19,8 @@ from sgnlp.grasps import Grasps
 from sgnlp.hand import load_hand
 from sgnlp.observation import DEFAULTS, Observation, ObservationSettings, load
 from sgnlp.plan import solve
-from sgnlp.settings import ROBUST, Settings
+from sgnlp.presets import ROBUST
+from sgnlp.settings import Settings
 from sgnlp.summary import arrays, summary
 from sgnlp.workers import Workers, each, one_at_a_time
 

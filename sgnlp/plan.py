@@ -9,8 +9,9 @@ from sgnlp.errors import InputError
 from sgnlp.hand import Hand
 from sgnlp.observation import Observation
 from sgnlp.pool import Failure, solve_all
+from sgnlp.presets import ROBUST
 from sgnlp.problem import Problem, pose
-from sgnlp.settings import ROBUST, Settings
+from sgnlp.settings import Settings
 from sgnlp.solution import Solution, rank
 from sgnlp.starts import starts
 

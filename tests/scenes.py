@@ -14,9 +14,10 @@ from sgnlp.nlp import Nlp, build, variable_units
 from sgnlp.observation import Observation, observe
 from sgnlp.oracle import Oracle, join
 from sgnlp.parameters import ParameterVector
+from sgnlp.presets import ROBUST
 from sgnlp.problem import Problem, pose
 from sgnlp.recompute import recompute
-from sgnlp.settings import ROBUST, GpisSettings, Settings
+from sgnlp.settings import GpisSettings, Settings
 from sgnlp.starts import Start, initial, starts
 from sgnlp.training import training_set
 

@@ -9,7 +9,7 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "sgnlp"
 STAGES = (
-    "errors checked settings toolchain",
+    "errors checked settings presets toolchain",
     "open3d_files clouds sampling observation",
     "meshes truth cameras scenes settling",
     "kernels training gpis",

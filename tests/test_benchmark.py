@@ -26,7 +26,7 @@ from sgnlp.cli import run
 from sgnlp.cli.benchmark import Benchmark, Section
 from sgnlp.ipopt import Planner
 from sgnlp.oracle import join
-from sgnlp.settings import ROBUST
+from sgnlp.presets import ROBUST
 from sgnlp.starts import starts
 
 INTERPRETED = replace(SMALL, solver=replace(SMALL.solver, compiled=False))

@@ -10,7 +10,7 @@ from scenes import hand
 from sgnlp import compiled, toolchain
 from sgnlp.cli import compiling, run
 from sgnlp.nlp import Structure
-from sgnlp.settings import PRESETS, ROBUST
+from sgnlp.presets import PRESETS, ROBUST
 
 SMALL = ("--spheres", "paper", "--contact.samples", "2", "--solver.formulation", "penalty")
 

@@ -8,7 +8,7 @@ from scenes import observation
 
 from sgnlp.errors import InputError
 from sgnlp.gpis import fit
-from sgnlp.settings import ROBUST
+from sgnlp.presets import ROBUST
 from sgnlp.studies import calibration
 from sgnlp.studies.calibration import PAD, Row, Truth, body, factor_table, halves, panels, tables, truth
 from sgnlp.studies.coverage import LEVELS, coverage, factor, half_width, kept_coverage, quantiles

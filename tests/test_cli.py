@@ -25,7 +25,8 @@ from sgnlp.grasps import Grasps
 from sgnlp.kernels import KERNELS
 from sgnlp.observation import ObservationSettings
 from sgnlp.pool import solve_start
-from sgnlp.settings import PRESETS, ROBUST, Settings
+from sgnlp.presets import PRESETS, ROBUST
+from sgnlp.settings import Settings
 
 ORANGE = Path(__file__).parents[1] / "problems" / "orange_0.npz"
 SMALL_FLAGS = ["--gpis.surface-points", "60", "--gpis.interior-points", "15", "--contact.mass", "0"]

@@ -15,7 +15,7 @@ from sgnlp import results
 from sgnlp.cli import run
 from sgnlp.grasps import PER_HAND, Grasps, stack
 from sgnlp.hand import load_hand
-from sgnlp.settings import ROBUST
+from sgnlp.presets import ROBUST
 
 HAND = load_hand("allegro_left")
 SHORT = ("--hold-time", "0.3", "--push-time", "0.2")

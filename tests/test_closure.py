@@ -15,9 +15,10 @@ from sgnlp.grasp import Grasp
 from sgnlp.ipopt import Planner, nlp_solver
 from sgnlp.ops import Exact
 from sgnlp.pool import solve_start
+from sgnlp.presets import preset
 from sgnlp.problem import Problem
 from sgnlp.recompute import recompute
-from sgnlp.settings import Settings, Weights, preset
+from sgnlp.settings import Settings, Weights
 from sgnlp.solution import Solution
 from sgnlp.starts import initial, starts
 

@@ -11,8 +11,9 @@ from sgnlp.constraints import CONSTRAINTS, active
 from sgnlp.equilibrium import GRAVITY
 from sgnlp.grasp import Grasp
 from sgnlp.ops import Exact
+from sgnlp.presets import PRESETS, ROBUST
 from sgnlp.recompute import rotation_angle
-from sgnlp.settings import PRESETS, ROBUST, Limits
+from sgnlp.settings import Limits
 
 HEAVY = replace(SMALL, contact=replace(SMALL.contact, mass=0.2))
 MOVED = replace(

@@ -8,7 +8,7 @@ from test_trials import HEAVY, LIGHT, row
 
 from sgnlp.errors import InputError
 from sgnlp.observation import load
-from sgnlp.settings import PAPER, ROBUST, VARIANTS
+from sgnlp.presets import PAPER, ROBUST, VARIANTS
 from sgnlp.studies import defaults
 from sgnlp.studies.defaults import FINAL, STEPS, settings_of
 from sgnlp.studies.study import Setup

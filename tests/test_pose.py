@@ -9,7 +9,7 @@ import pytest
 from scenes import SMALL, random_rotation
 
 from sgnlp.observation import load
-from sgnlp.settings import ROBUST
+from sgnlp.presets import ROBUST
 from sgnlp.studies import pose
 from sgnlp.studies.pose import WITH, WITHOUT, Row
 from sgnlp.studies.study import Setup

@@ -5,7 +5,8 @@ from dataclasses import fields, replace
 import pytest
 
 from sgnlp.errors import InputError
-from sgnlp.settings import PAPER, PRESETS, ROBUST, VARIANTS, Contact, preset
+from sgnlp.presets import PAPER, PRESETS, ROBUST, VARIANTS, preset
+from sgnlp.settings import Contact
 
 
 def changed(before: object, after: object, prefix: str = "") -> set[str]:

@@ -16,8 +16,9 @@ from scenes import SEMI_AXES, SMALL, hand, observation, posed
 from sgnlp.ipopt import Planner, options, schedule
 from sgnlp.plan import Plan, solve
 from sgnlp.pool import Failure, map_starts, solve_all
+from sgnlp.presets import PAPER, PRESETS
 from sgnlp.problem import Problem
-from sgnlp.settings import PAPER, PRESETS, Settings, Solver
+from sgnlp.settings import Settings, Solver
 from sgnlp.solution import Solution, solution
 from sgnlp.starts import Start, starts
 

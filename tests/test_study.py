@@ -14,7 +14,7 @@ from sgnlp import plots, results
 from sgnlp.cli import run
 from sgnlp.errors import InputError
 from sgnlp.plots import Panel, Series, draw
-from sgnlp.settings import ROBUST
+from sgnlp.presets import ROBUST
 from sgnlp.studies import STUDIES
 from sgnlp.studies.study import Setup, Study, over_views, view_sets
 

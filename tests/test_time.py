@@ -8,7 +8,7 @@ import pytest
 
 from sgnlp import cli
 from sgnlp.observation import load
-from sgnlp.settings import ROBUST
+from sgnlp.presets import ROBUST
 from sgnlp.studies import STUDIES, time
 from sgnlp.studies.study import Setup
 from sgnlp.studies.time import PAPER, Row

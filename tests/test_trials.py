@@ -9,7 +9,8 @@ from scenes import SMALL
 
 from sgnlp.errors import InputError
 from sgnlp.observation import load
-from sgnlp.settings import ROBUST, Settings
+from sgnlp.presets import ROBUST
+from sgnlp.settings import Settings
 from sgnlp.studies import comparison, trials, weights
 from sgnlp.studies.study import Setup
 from sgnlp.studies.trials import LOADS, NO_PLAN, Condition, Row

@@ -7,7 +7,7 @@ from math import inf
 import numpy as np
 import pytest
 
-from sgnlp.settings import ROBUST
+from sgnlp.presets import ROBUST
 from sgnlp.studies import triangles
 from sgnlp.studies.planar import cross, turn
 from sgnlp.studies.study import Setup

@@ -18,8 +18,8 @@ from sgnlp.grasps import PER_HAND, Grasps, stack
 from sgnlp.hand import load_hand
 from sgnlp.kinematics import frames
 from sgnlp.observation import load
+from sgnlp.presets import ROBUST
 from sgnlp.scene3d import CONES, SURFACE, coil, cone, scene, stages
-from sgnlp.settings import ROBUST
 
 HAND = load_hand("allegro_left")
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome")

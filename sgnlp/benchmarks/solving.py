@@ -15,7 +15,7 @@ from sgnlp.benchmarks.processes import cache, command, peak_memory
 from sgnlp.ipopt import Iterate, Planner
 from sgnlp.observation import Observation
 from sgnlp.plan import Plan, solve
-from sgnlp.settings import preset
+from sgnlp.presets import preset
 from sgnlp.starts import Start, starts
 
 ORACLE_TIMES = "t_wall_nlp_"

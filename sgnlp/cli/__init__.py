@@ -20,7 +20,7 @@ from sgnlp import __version__
 from sgnlp.cli import codes, interrupts
 from sgnlp.cli.flags import beginning
 from sgnlp.errors import SgnlpError
-from sgnlp.settings import PRESETS, VARIANTS
+from sgnlp.presets import PRESETS, VARIANTS
 
 COMMANDS = ("solve", "batch", "simulate", "view", "observe", "hands", "study", "benchmark", "cache", "doctor")
 """The names of the commands; a-name would be the class `AName` of `sgnlp.cli.a_name`."""

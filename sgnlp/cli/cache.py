@@ -12,7 +12,8 @@ from sgnlp.cli import compiling
 from sgnlp.cli.flags import Planning
 from sgnlp.cli.progress import bars
 from sgnlp.hand import load_hand
-from sgnlp.settings import ROBUST, Settings
+from sgnlp.presets import ROBUST
+from sgnlp.settings import Settings
 
 
 @dataclass(kw_only=True)

@@ -13,7 +13,8 @@ import tyro
 from sgnlp import environment, results
 from sgnlp.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
 from sgnlp.observation import ObservationSettings
-from sgnlp.settings import ROBUST, Settings, preset
+from sgnlp.presets import ROBUST, preset
+from sgnlp.settings import Settings
 
 Command = TypeVar("Command")
 ROWS, PARQUET = "rows.csv", "rows.parquet"

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 
 from sgnlp.observation import Observation, load
 from sgnlp.plots import Panel
-from sgnlp.settings import VARIANTS
+from sgnlp.presets import VARIANTS
 from sgnlp.studies import trials
 from sgnlp.studies.failures import Failed, again
 from sgnlp.studies.study import Case, Lines, Setup, Study, Tables, body

@@ -13,7 +13,8 @@ from typing import Any
 from sgnlp.errors import InputError
 from sgnlp.observation import Observation
 from sgnlp.plots import Panel
-from sgnlp.settings import PAPER, ROBUST, Settings
+from sgnlp.presets import PAPER, ROBUST
+from sgnlp.settings import Settings
 from sgnlp.studies import trials
 from sgnlp.studies.study import Case, Lines, Setup, Study, Tables
 from sgnlp.studies.trials import LOADS, Condition, Row

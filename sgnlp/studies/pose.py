@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from sgnlp.meshes import Mesh
 from sgnlp.observation import Observation
 from sgnlp.plots import Panel, Series
-from sgnlp.settings import VARIANTS, Settings
+from sgnlp.presets import VARIANTS
+from sgnlp.settings import Settings
 from sgnlp.simulation import true_body
 from sgnlp.studies import trials
 from sgnlp.studies.study import Case, Lines, Setup, Study, Tables

@@ -12,7 +12,7 @@ from statistics import median
 
 from sgnlp.observation import Observation
 from sgnlp.plots import Panel, Series
-from sgnlp.settings import VARIANTS
+from sgnlp.presets import VARIANTS
 from sgnlp.studies.study import Case, Lines, Setup, Study
 from sgnlp.studies.trials import Condition, planned
 
