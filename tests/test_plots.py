@@ -4,7 +4,8 @@ import re
 
 import pytest
 
-from sgnlp.plots import COLUMNS, Panel, Series, draw
+from sgnlp.plots import BARS as LOOKS
+from sgnlp.plots import COLUMNS, STYLES, Panel, Series, draw
 
 pytest.importorskip("matplotlib")
 
@@ -43,3 +44,31 @@ def test_panels_stand_in_rows_as_even_as_can_be(count, shape):
     assert shape[1] <= COLUMNS
     one = re.findall(rb'(?:width|height)="([\d.]+)pt"', draw([LINES])["svg"])
     assert (float(height) / float(one[1]), float(width) / float(one[0])) == pytest.approx(shape)
+
+
+def test_series_are_told_apart_without_their_greys():
+    assert len({str(line) for _, line, _ in STYLES}) == len({marker for _, _, marker in STYLES}) == len(STYLES)
+    assert len(set(LOOKS)) == len(LOOKS)
+    assert max(float(grey) for grey, _, _ in STYLES) <= 0.55  # paler ones fade on paper
+
+
+def test_bars_with_long_names_lie_with_the_first_at_the_top():
+    names = ["a first name that is long", "a second one"]
+    panel = Panel("lying", "", "success [%]", (Series("one", names, [1, 2], [0, 1], [2, 3]),), bars=True)
+    assert panel.lying
+    assert not BARS.lying
+    svg = draw([panel])["svg"].decode()
+    places = [svg.index(f"<!-- {text} -->") for text in (*names, "success [%]")]
+    assert svg.index("matplotlib.axis_1") < places[2] < svg.index("matplotlib.axis_2") < places[0] < places[1]
+
+
+def test_the_caption_is_kept_in_both_files():
+    files = draw([LINES], "What is seen.")
+    assert all(b"What is seen." in content for content in files.values())
+
+
+def test_a_logarithmic_panel_has_marks_and_as_many_columns_as_asked_for():
+    panel = Panel("log", "x", "y", (Series("one", [0, 1], [1e-6, 1.0]),), log=True, marks=(0.5,))
+    widths = [re.findall(rb'width="([\d.]+)pt"', draw([panel] * 4, columns=n)["svg"])[0] for n in (2, 4)]
+    assert float(widths[1]) == pytest.approx(2 * float(widths[0]))
+    assert "10^{-6}" in draw([panel])["svg"].decode()

@@ -43,6 +43,7 @@ TOY = Study(
     cases=partial(over_views, work),
     tables=lambda rows: {"Rows [1]": [{"rows": str(len(rows)), "sum [m]": f"{sum(row.value for row in rows):g}"}]},
     panels=lambda rows: [Panel("values", "row", "value", (Series("all", [0, 1], [0.0, 1.0]),))],
+    caption="All values.",
 )
 
 
@@ -66,7 +67,7 @@ def toy(monkeypatch) -> str:
                 yield item, str(error)
 
     WORKED.clear()
-    monkeypatch.setattr(plots, "draw", lambda panels: {"svg": b"drawn", "png": b"drawn"})
+    monkeypatch.setattr(plots, "draw", lambda panels, caption: {"svg": caption.encode(), "png": b"drawn"})
     monkeypatch.setattr("sgnlp.studies.study.each", inline)
     monkeypatch.setitem(STUDIES, "convergence", TOY)
     return "convergence"
@@ -91,7 +92,9 @@ def test_every_object_is_worked_on_from_one_two_and_three_cameras(tmp_path, toy,
         *("figure.png", "figure.svg", "made.json", "rows.csv", "table.md", "table.txt")
     ]
     assert len(results.read_rows(out / "rows.csv", Row)) == 2 * 3 * 2
-    assert (out / "table.md").read_text().splitlines()[2:] == ["| rows | sum [m] |", "| --- | --- |", "| 12 | 48 |"]
+    table, figure = (out / "table.md").read_text().split("\n\n## Figure\n\n")
+    assert table.splitlines()[2:] == ["| rows | sum [m] |", "| --- | --- |", "| 12 | 48 |"]
+    assert figure == "![how many rows are there?](figure.svg)\n\nAll values.\n"
     assert (out / "table.txt").read_text().split("\n")[:2] == ["Rows [1]", "rows  sum [m]"]
     made = json.loads((out / "made.json").read_text())
     assert made["study"]["seed"] == 3
@@ -112,6 +115,21 @@ def test_a_study_goes_on_where_it_ended(tmp_path, toy):
     assert study(toy, one, two, "--out", out) == 0
     assert WORKED[6:] == [("one", "1 2"), ("two", "1 2")]
     assert results.read_rows(out / "rows.csv", Row) == rows  # in the order of the cases, not of the work
+
+
+def test_tables_and_figure_are_made_anew_without_touching_the_rows(tmp_path, toy, capfd):
+    out = tmp_path / "study"
+    assert study(toy, cloud(tmp_path, "one"), "--out", out) == 0
+    kept = {name: (out / name).read_bytes() for name in ("rows.csv", "made.json")}
+    for name in ("figure.svg", "table.md"):
+        (out / name).write_text("old")
+    assert study(toy, "--redraw", "--out", out, "--seed", 9) == 0
+    assert (out / "figure.svg").read_bytes() == b"All values."
+    assert (out / "table.md").read_text().startswith("## Rows")
+    assert {name: (out / name).read_bytes() for name in kept} == kept
+    assert len(WORKED) == 3
+    assert study(toy, "--redraw", "--out", tmp_path / "nothing") == 3
+    assert "there are no rows to draw" in capfd.readouterr().err
 
 
 def test_a_case_that_fails_is_named_and_tried_again(tmp_path, toy, capfd):

@@ -41,10 +41,14 @@ class Study(Tabling, Starting):
     """look at the failed trials again, with pictures and reasons in failures.md, where the study has trials"""
     out: Path | None = None
     """folder of the results; results/NAME if not given"""
+    redraw: bool = False
+    """only make tables and figure anew, from the rows that are there"""
 
     def run(self, console: Console) -> int:
         """Every case that has no rows yet, then the tables and the figure over all."""
         study, folder = STUDIES[self.name], self.out or Path("results") / self.name
+        if self.redraw:
+            return self._redraw(console, study, folder)
         if study.clouds != bool(self.files):
             raise InputError(f"the study {self.name} " + ("needs clouds" if study.clouds else "takes no files"))
         if self.pictures and not study.failed:
@@ -71,6 +75,15 @@ class Study(Tabling, Starting):
         console.print(f"written: {folder}", soft_wrap=True)
         return codes.NONE_FEASIBLE if broken else codes.FEASIBLE
 
+    def _redraw(self, console: Console, study: studies.Study, folder: Path) -> int:
+        """Tables and figure alone: rows and how they were made stay as they are, whatever is set here."""
+        rows = results.read_rows(folder / ROWS, study.row)
+        if not rows:
+            raise InputError(f"there are no rows to draw: '{folder / ROWS}'")
+        _show(console, study, rows, folder)
+        console.print(f"drawn again: {folder}", soft_wrap=True)
+        return codes.FEASIBLE
+
     def _rows(
         self, console: Console, study: studies.Study, cases: list[Case], folder: Path
     ) -> tuple[list[Any], dict[str, str]]:
@@ -81,16 +94,16 @@ class Study(Tabling, Starting):
 def _show(console: Console, study: studies.Study, rows: list[Any], folder: Path) -> None:
     """Write and print the tables, write the figure; without Matplotlib say that there is none."""
     tables = study.tables(rows)
-    results.write_text(
-        folder / "table.md", "\n".join(f"## {title}\n\n{report.markdown(lines)}" for title, lines in tables.items())
-    )
     shown = [report.rows_table(title, lines) for title, lines in tables.items()]
-    results.write_text(folder / "table.txt", "\n".join(map(report.text, shown)))
     for table in shown:
         console.print(table)
         console.print()
+    parts = [f"## {title}\n\n{report.markdown(lines)}" for title, lines in tables.items()]
     try:
-        for suffix, content in plots.draw(study.panels(rows)).items():
+        for suffix, content in plots.draw(study.panels(rows), study.caption).items():
             results.write_bytes(folder / f"figure.{suffix}", content)
+        parts.append(f"## Figure\n\n![{study.question}](figure.svg)\n\n{study.caption}\n")
     except InputError as error:
         console.print(f"no figure: {error}", soft_wrap=True)
+    results.write_text(folder / "table.md", "\n".join(parts))
+    results.write_text(folder / "table.txt", "\n".join(map(report.text, shown)))

@@ -209,6 +209,10 @@ def tables(rows: Sequence[Row]) -> Tables:
     return found
 
 
+LABELS = {name: name.replace("_", " ") for name in KERNELS} | {"matern32": "Matérn 3/2", "matern52": "Matérn 5/2"}
+"""Names of the kernels in the figure."""
+
+
 def panels(rows: Sequence[Row]) -> list[Panel]:
     """Coverage over level for each side and offset, as things are set: a line for each kernel."""
     levels = [q for q in QUANTILES if 0 < q < 1]
@@ -216,7 +220,7 @@ def panels(rows: Sequence[Row]) -> list[Panel]:
     for group in groups(as_set(rows)):
         side, offset = group[0].side, group[0].offset_mm
         series = tuple(
-            Series(kernel.replace("_", " "), [100 * q for q in levels], [_share(group, kernel, q) for q in levels])
+            Series(LABELS[kernel], [100 * q for q in levels], [_share(group, kernel, q) for q in levels])
             for kernel in KERNELS
         )
         title = f"{side}, {offset:.0f} mm outside" if offset else f"{side}, on the surface"
@@ -240,5 +244,9 @@ STUDY = Study(
     cases=partial(over_views, rows_of),
     tables=tables,
     panels=panels,
+    caption=(
+        "Share of the true surface within intervals of a level, by kernel as set, on the objects that no factor "
+        "was fitted on; on the grey diagonal an interval holds what it promises."
+    ),
     facts=facts,
 )

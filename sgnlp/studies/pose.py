@@ -143,9 +143,9 @@ def tables(rows: Sequence[Row]) -> Tables:
 
 def panels(rows: Sequence[Row]) -> list[Panel]:
     """Simulated over planned rise, a point for each object."""
-    shown = {c.name: sorted(closed(rows, c.name), key=lambda row: row.planned_rise) for c in CONDITIONS}
+    shown = {c.name: closed(rows, c.name) for c in CONDITIONS}
     series = tuple(Series(n, [r.planned_rise for r in group], [r.rise for r in group]) for n, group in shown.items())
-    return [Panel("Rise while grasping", "planned [mm]", "simulated [mm]", series, diagonal=True)]
+    return [Panel("Rise while grasping", "planned [mm]", "simulated [mm]", series, joined=False, diagonal=True)]
 
 
 STUDY = Study(
@@ -154,4 +154,8 @@ STUDY = Study(
     cases=cases,
     tables=tables,
     panels=panels,
+    caption=(
+        "Rise of the object while it is grasped, simulated over planned, a point for each object; on the grey line "
+        "it rises as planned."
+    ),
 )

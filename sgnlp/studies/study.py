@@ -71,6 +71,7 @@ class Study:
         cases: all that is to be done, given the setup and its observations.
         tables: the tables over all rows.
         panels: the panels of the figure over all rows.
+        caption: what the figure shows.
         facts: what the rows depend on beside the clouds; rows of other facts are never mixed.
         clouds: whether it is made on clouds.
         alone: whether its cases run one at a time, for their times to mean something.
@@ -82,6 +83,7 @@ class Study:
     cases: Callable[[Setup, Sequence[Observation]], list[Case]]
     tables: Callable[[Sequence[Any]], Tables]
     panels: Callable[[Sequence[Any]], list[Panel]]
+    caption: str
     facts: Callable[[Setup], dict[str, Any]] = Setup.facts
     clouds: bool = True
     alone: bool = False

@@ -131,5 +131,6 @@ STUDY = Study(
     cases=cases,
     tables=lambda rows: {"Seconds of a plan in one process": table(rows)},
     panels=panels,
+    caption="Median seconds of a plan in one process with their quartiles, beside the paper's.",
     alone=True,
 )

@@ -223,6 +223,10 @@ STUDY = Study(
     cases=cases,
     tables=tables,
     panels=panels,
+    caption=(
+        "Share of the poses with a compliant grasp, and of those in force closure without any motion, over the "
+        "limit of the joint torques."
+    ),
     facts=facts,
     clouds=False,
 )

@@ -99,4 +99,5 @@ STUDY = Study(
     cases=cases,
     tables=lambda rows: {f"Success in percent, {name}": table(name, rows) for name in LOADS},
     panels=panels,
+    caption=("Success of the first choice in simulation at half, once and twice each weight, under two loads."),
 )
