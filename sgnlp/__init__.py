@@ -5,6 +5,7 @@
 >>> plan.best.grasp.gains  # (m,) [N/m]
 """
 
+from sgnlp.depth import DepthImage, from_depth
 from sgnlp.errors import InputError, SgnlpError
 from sgnlp.grasps import Grasps
 from sgnlp.hand import Hand, load_hand
@@ -16,6 +17,7 @@ from sgnlp.settings import Settings
 from sgnlp.summary import arrays
 
 __all__ = [
+    "DepthImage",
     "Grasps",
     "Hand",
     "InputError",
@@ -24,6 +26,7 @@ __all__ = [
     "Settings",
     "SgnlpError",
     "arrays",
+    "from_depth",
     "load",
     "load_grasps",
     "load_hand",

@@ -67,6 +67,12 @@ class DepthCamera(Checked):
         """[rad] Between the axis and the nearest edge of the image."""
         return float(np.arctan(min(self.width, self.height) / 2 / self.focal_length))
 
+    @property
+    def intrinsics(self) -> FloatArray:
+        """K (3, 3) [px], (0, 0) being the middle of the first pixel: `rays` are K⁻¹ (u, v, 1)."""
+        f = self.focal_length
+        return np.array([[f, 0.0, (self.width - 1) / 2], [0.0, f, (self.height - 1) / 2], [0.0, 0.0, 1.0]])
+
     def rays(self) -> FloatArray:
         """Directions (height, width, 3) of all pixels in the camera's frame: x right, y down, z = 1 ahead."""
         u, v = np.meshgrid(np.arange(self.width) + 0.5, np.arange(self.height) + 0.5)

@@ -12,7 +12,7 @@ from test_trials import HEAVY, row, setup
 
 from sgnlp.cli import failures as page
 from sgnlp.cli import pictures
-from sgnlp.settings import ROBUST
+from sgnlp.presets import ROBUST
 from sgnlp.studies import comparison, failures
 from sgnlp.studies.failures import Failed
 from sgnlp.studies.study import Setup

@@ -1,0 +1,53 @@
+"""`sgnlp cloud`: from depth images with masks and calibrated cameras to a problem file."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+import tyro
+from rich.console import Console
+
+from sgnlp import clouds, depth, depth_files, results
+from sgnlp.checked import POSITIVE, Checked, Interval
+from sgnlp.cli import codes
+from sgnlp.errors import InputError
+
+
+@dataclass(kw_only=True)
+class Cloud(Checked):
+    """Make a cloud of the marked pixels of depth images (.png, .npy), each a view, for `sgnlp solve`."""
+
+    valid: ClassVar[dict[str, Interval]] = {"unit": POSITIVE}
+
+    files: tyro.conf.Positional[tuple[Path, ...]]
+    """the depth images; rectified, 0 or NaN where nothing was measured"""
+    masks: tuple[Path, ...]
+    """an image for each, not black where the object is"""
+    cameras: tuple[Path, ...]
+    """a JSON for each: K, its 9 intrinsics in pixels, and pose, the 16 numbers of the matrix from camera to world"""
+    unit: float = 0.001
+    """metres of a step of the depths: 0.001 for images of 16 bits in millimetres, 1 for metres"""
+    table_height: float | None = None
+    """height of the table [m]; measured from the pixels around the object if not given"""
+    out: Path = Path("object.npz")
+    """the problem file"""
+
+    def run(self, console: Console) -> int:
+        """Read, unproject, save."""
+        clouds.check_name(self.out.stem)
+        if self.out.suffix != ".npz":
+            raise InputError(f"--out must end in .npz; found '{self.out}'")
+        results.writable(self.out.parent)
+        if not len(self.files) == len(self.masks) == len(self.cameras):
+            counts = f"{len(self.files)} images, {len(self.masks)} masks and {len(self.cameras)} cameras"
+            raise InputError(f"every depth image needs a mask and a camera; found {counts}")
+        read = zip(self.files, self.masks, self.cameras, strict=True)
+        arrays = depth.arrays([depth_files.read(*paths, self.unit) for paths in read], self.table_height)
+        for note in arrays.pop("notes"):
+            console.print(note, style="dim", soft_wrap=True)
+        results.write_arrays(self.out, arrays | {"name": np.array(self.out.stem)})
+        counts = ", ".join(map(str, np.bincount(arrays["view"])))
+        console.print(f"{self.out.stem}: points from each view: {counts}")
+        console.print(f"written: {self.out}", soft_wrap=True)
+        return codes.FEASIBLE
