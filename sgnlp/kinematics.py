@@ -156,10 +156,16 @@ def _walk_placements(hand: Hand, rotation: ca.SX, position: ca.SX, angles: ca.SX
 
 
 def _motion(model: pin.Model, joint: int, q: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Rotation and translation of a revolute or prismatic joint at q, from its motion subspace."""
+    """Rotation and translation of a revolute or prismatic joint, from its motion subspace.
+
+    q is its coordinate, or that of the joint which it mimics.
+    """
     data = model.joints[joint].createData()
-    model.joints[joint].calc(data, np.zeros(1))
+    model.joints[joint].calc(data, np.zeros(model.nq))
     subspace = np.asarray(data.S).ravel()  # (6,) linear, angular
+    if model.joints[joint].nq == 0:
+        mimic = model.joints[joint].extract()
+        subspace, q = subspace / mimic.scaling, mimic.scaling * q + mimic.offset
     linear, angular = subspace[:3], subspace[3:]
     if not angular.any():
         return ca.SX.eye(3), ca.sparsify(ca.SX(linear) * q)

@@ -69,7 +69,25 @@ def unit_sphere(count: int) -> Mesh:
     z, angle = 1 - 2 * i / count, np.pi * (1 + np.sqrt(5)) * i
     r = np.sqrt(1 - z * z)
     points = np.stack([r * np.cos(angle), r * np.sin(angle), z], axis=1)
-    hull = ConvexHull(points)
-    corners = points[hull.simplices]
+    return hull(points)
+
+
+def cylinder(radius: float, length: float, sides: int) -> Mesh:
+    """A prism of so many sides in a cylinder along z about the origin."""
+    angle = 2 * np.pi * np.arange(sides) / sides
+    rim = np.stack([radius * np.cos(angle), radius * np.sin(angle), np.full(sides, length / 2)], axis=1)
+    return hull(np.vstack([rim, rim * [1, 1, -1]]))
+
+
+def box(size: ArrayLike) -> Mesh:
+    """A box with edges of `size` (3,) [m] about the origin."""
+    corners = np.stack(np.meshgrid(*[[-0.5, 0.5]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    return hull(corners * np.asarray(size, np.float64))
+
+
+def hull(points: FloatArray) -> Mesh:
+    """The convex hull of points (U, 3) [m]; the origin must be inside."""
+    found = ConvexHull(points).simplices
+    corners = points[found]
     inward = np.einsum("fi,fi->f", np.cross(*np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 0)), corners[:, 0]) < 0
-    return Mesh(points, np.where(inward[:, None], hull.simplices[:, ::-1], hull.simplices).astype(int))
+    return Mesh(points, np.where(inward[:, None], found[:, ::-1], found).astype(int))

@@ -13,7 +13,7 @@ STAGES = (
     "open3d_files clouds sampling observation depth depth_files",
     "meshes truth cameras scenes settling",
     "kernels training gpis",
-    "nodes hand kinematics",
+    "nodes handmodel handfile hand kinematics",
     "equilibrium grasp ops energies constraints",
     "chain jets native parameters nlp codegen compiled oracle kkt",
     "problem starts ipopt recompute solution pool plan",

@@ -1,0 +1,78 @@
+"""Numbers that tell whether a hand's description fits its meshes, itself and an object: distances in metres."""
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.hand import Hand
+from sgnlp.handmeshes import link_meshes, link_poses, mesh_links
+from sgnlp.kinematics import Backend, backends, forward, frames
+from sgnlp.meshes import Mesh
+
+Array = NDArray[np.float64]
+
+ORIGIN = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+FACE_POINTS = 1000
+"""Points drawn from the faces of a mesh beside its vertices: a long face has none in its middle."""
+
+
+def protrusions(hand: Hand) -> dict[str, float]:
+    """How far the meshes of each link reach out of the union of the spheres at the reference pose; negative: not at all."""
+    centres, radii = frames(hand, ORIGIN, hand.reference)[1], np.array([sphere.radius for sphere in hand.spheres])
+    poses = link_poses(hand, ORIGIN, hand.reference)
+    found: dict[str, float] = {}
+    for name, mesh, pose in zip(mesh_links(hand), link_meshes(hand)[0], poses, strict=True):
+        points = surface_points(mesh, FACE_POINTS) @ pose[:3, :3].T + pose[:3, 3]
+        outside = np.full(len(points), np.inf)
+        for centre, radius in zip(centres, radii, strict=True):
+            outside = np.minimum(outside, np.linalg.norm(points - centre, axis=1) - radius)
+        found[name] = max(found.get(name, -np.inf), float(outside.max()))
+    return found
+
+
+def surface_points(mesh: Mesh, count: int) -> Array:
+    """The vertices of a mesh and `count` points drawn evenly from its area (U + count, 3) [m], always the same."""
+    rng = np.random.default_rng(0)
+    corners = mesh.vertices[mesh.faces]  # (F, 3, 3)
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    chosen = corners[rng.choice(len(corners), count, p=area / area.sum())]
+    return np.vstack([mesh.vertices, np.einsum("pk,pkx->px", rng.dirichlet(np.ones(3), count), chosen)])
+
+
+def pair_gaps(hand: Hand) -> Array:
+    """The distances (P,) between the spheres of each pair at the reference pose; negative where they overlap."""
+    centres = frames(hand, ORIGIN, hand.reference)[1]
+    gaps = [
+        np.linalg.norm(centres[i] - centres[j]) - hand.spheres[i].radius - hand.spheres[j].radius for i, j in hand.pairs
+    ]
+    return np.array(gaps, float)
+
+
+def start_offsets(hand: Hand, edge: float) -> Array:
+    """For each wrist start, how far the middle of the tips is from that of a cube of this edge (W,)."""
+    extents = np.full(3, edge)
+    tips = [frames(hand, start.pose(np.zeros(3), extents), hand.reference)[0] for start in hand.wrist_starts]
+    return np.linalg.norm(np.mean(tips, axis=1), axis=1)
+
+
+def kinematics_errors(hand: Hand, samples: int, seed: int = 0) -> dict[Backend, float]:
+    """The largest difference of the symbolic tips and spheres to numeric Pinocchio's, by backend, at random poses."""
+    n = len(hand.joint_names)
+    symbols = ca.SX.sym("wrist", 7), ca.SX.sym("joints", n), ca.SX.sym("v", 6 + n)
+    errors: dict[Backend, float] = {}
+    for backend in backends():
+        f = forward(hand, *symbols, using=backend)
+        points = ca.Function("points", list(symbols), [ca.vertcat(f.tips, f.spheres)])
+        rng, worst = np.random.default_rng(seed), 0.0
+        for _ in range(samples):
+            wrist, joints = _random_pose(rng), rng.uniform(hand.lower, hand.upper)
+            expected = np.vstack(frames(hand, wrist, joints))
+            worst = max(worst, float(np.abs(np.array(points(wrist, joints, np.zeros(6 + n))) - expected).max()))
+        errors[backend] = worst
+    return errors
+
+
+def _random_pose(rng: np.random.Generator) -> Array:
+    """A pose (7,) within 1 m of the origin, in any orientation."""
+    quaternion = rng.normal(size=4)
+    return np.concatenate([rng.uniform(-1, 1, 3), quaternion / np.linalg.norm(quaternion)])
