@@ -154,9 +154,9 @@ def commands() -> str:
     text = [
         "# Command line",
         "Exit codes: 0 a feasible grasp was found, or the command did what it was asked; 1 no start ended in a "
-        "feasible grasp; 2 the flags are wrong; 3 a file, name or value is wrong; 130 ended by Ctrl-C; 141 the reader of the output has "
-        "ended. This page is "
-        "made from the parsers when it is built; the flags of [settings](settings.md) are left out here.",
+        "feasible grasp; 2 the flags are wrong; 3 a file, name or value is wrong; 130 ended by Ctrl-C; 141 whoever "
+        "read the output has ended. This page is made from the parsers when it is built; the flags of "
+        "[settings](settings.md) are left out here.",
     ]
     for name in ("", *COMMANDS):
         text += [f"## sgnlp {name}", "```text\n" + help_text(*name.split()) + "```"]
