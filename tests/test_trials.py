@@ -134,6 +134,7 @@ def test_the_study_of_weights_takes_three_objects_and_scales_one_weight_at_a_tim
 def test_the_table_of_weights_has_ours_beside_the_papers():
     rows = [row(object="pear_0", condition=name) for name in ("as set", "tar x 0.5")]
     rows += [row(object="pear_0", condition="tar x 2", score=0.0)]
+    assert weights.table(LIGHT, rows)[-1]["weight"] == "as set: 100 (21-100); paper: 83"
     (line,) = [line for line in weights.table(LIGHT, rows) if line["weight"] == "w_tar"]
     assert (line["x 0.5"][:4], line["x 0.5, paper"]) == ("100 ", "73")
     assert (line["x 2"][:2], line["x 2, paper"]) == ("0 ", "77")

@@ -70,7 +70,7 @@ def table(load_name: str, rows: Sequence[Row]) -> Lines:
         columns |= {f"x {f:g}, paper": f"{100 * share:.0f}" for f, share in zip(FACTORS, theirs, strict=True)}
         lines.append({"weight": f"w_{name}"} | columns)
     as_set = trials.success(trials.of(rows, AS_SET, load_name))
-    return [*lines, {"weight": f"as set: {as_set}; paper: {100 * PAPER_AS_SET:.0f}"} | dict.fromkeys(lines[0], "")]
+    return [*lines, dict.fromkeys(lines[0], "") | {"weight": f"as set: {as_set}; paper: {100 * PAPER_AS_SET:.0f}"}]
 
 
 def panels(rows: Sequence[Row]) -> list[Panel]:
