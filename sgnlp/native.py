@@ -98,8 +98,11 @@ class NumpyJets:
 
 
 def raw_jets(gpis: Gpis, uncertain: int, compiled: bool = True) -> NativeJets | NumpyJets:
-    """The jets of a fitted surface, variances of `uncertain` points at most; in C if `compiled` and it can be had."""
-    loaded = library() if compiled else None
+    """The jets of a fitted surface, variances of `uncertain` points at most; in C if `compiled` and it can be had.
+
+    A kernel that the C source does not know is evaluated in NumPy.
+    """
+    loaded = library() if compiled and gpis.kernel in CODES else None
     return NumpyJets(gpis) if loaded is None else NativeJets(loaded, gpis, uncertain)
 
 
