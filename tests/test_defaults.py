@@ -27,7 +27,7 @@ def flat(settings) -> dict[str, object]:
 
 def test_the_steps_begin_with_the_paper_and_end_at_the_default():
     assert settings_of("paper") == PAPER
-    assert settings_of(FINAL) == settings_of("the same, 1 view") == ROBUST
+    assert settings_of(FINAL) == settings_of(f"{FINAL}, 1 view") == ROBUST
 
 
 @pytest.mark.parametrize("name", STEPS)
@@ -46,7 +46,7 @@ def test_every_object_is_tried_in_every_step_by_its_own_settings():
     assert [case.key for case in cases] == [("can_1", name) for name in STEPS]
     for condition in defaults.CONDITIONS:
         assert condition.change(PAPER) == settings_of(condition.name)
-    assert [c.name for c in defaults.CONDITIONS if c.cameras == 1] == ["the same, 1 view"]
+    assert [c.name for c in defaults.CONDITIONS if c.cameras == 1] == ["weight of 0.3 kg, 1 view", f"{FINAL}, 1 view"]
 
 
 def test_settings_of_the_command_line_are_refused():

@@ -20,7 +20,7 @@ from sgnlp.studies.study import Case, Lines, Setup, Study, Tables
 from sgnlp.studies.trials import LOADS, Condition, Row
 
 CAMERAS = 2
-FINAL = "weight of 0.3 kg"
+FINAL = "exterior noise 0.05 m"
 """The step that ends at the robust preset."""
 
 
@@ -42,13 +42,17 @@ _FORCES = {
     "limits.rotation_deg": 10.0,
     "limits.shift": 0.01,
 }
+_CLOSED = {"gpis.exterior_noise": 0.05}
 STEPS = {
     "paper": Step("", {}),
     "whole hand covered": Step("paper", {"spheres": "cover", "limits.table_margin": 0.012}),
     "force, stiffness, reserve": Step("whole hand covered", _FORCES),
-    FINAL: Step("force, stiffness, reserve", {"contact.mass": 0.3}),
-    "the same, 1 view": Step(FINAL, {}, cameras=1),
+    "weight of 0.3 kg": Step("force, stiffness, reserve", {"contact.mass": 0.3}),
+    FINAL: Step("weight of 0.3 kg", _CLOSED),
+    "weight of 0.3 kg, 1 view": Step("weight of 0.3 kg", {}, cameras=1),
+    f"{FINAL}, 1 view": Step("weight of 0.3 kg, 1 view", _CLOSED, cameras=1),
     "pad ignored": Step(FINAL, {"contact.pad": False}),
+    "exterior noise 0.02 m": Step(FINAL, {"gpis.exterior_noise": 0.02}),
     "ranked by energy": Step(FINAL, {"rank_by": "energy"}),
     "ranked by stiffness": Step(FINAL, {"rank_by": "stiffness"}),
     "Matérn 5/2": Step(FINAL, {"gpis.kernel": "matern52"}),
