@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pinocchio as pin
 
 from sgnlp import handfile
@@ -32,7 +33,7 @@ class Hand:
     """The tree of joints with the root link fixed at the origin (no free flyer)."""
     root: str
     joint_names: tuple[str, ...]
-    """The n joints in Pinocchio's order, which sorts by name and not by finger; those that mimic others are left out."""
+    """The n joints in Pinocchio's order, which sorts by name and not by finger, without those that mimic others."""
     mimics: tuple[Mimic, ...]
     """The joints that follow others."""
     lower: Array  # (n,) [rad or m]
@@ -52,6 +53,15 @@ class Hand:
     gain_initial: Array  # (m,) [N/m]
     digest: str
     """SHA-256 of the description, the URDF and the preset of spheres."""
+
+    @property
+    def moving_joints(self) -> tuple[str, ...]:
+        """The joints that move, those of their own first, then those that mimic them."""
+        return (*self.joint_names, *(mimic.name for mimic in self.mimics))
+
+    def moving_angles(self, joints: Array) -> Array:
+        """Where the `moving_joints` stand [rad or m], for the joints (n,)."""
+        return np.array([*joints, *(mimic.angle(joints[mimic.joint]) for mimic in self.mimics)])
 
 
 def available_hands() -> tuple[str, ...]:

@@ -17,7 +17,7 @@ FACE_POINTS = 1000
 
 
 def protrusions(hand: Hand) -> dict[str, float]:
-    """How far the meshes of each link reach out of the union of the spheres at the reference pose; negative: not at all."""
+    """How far [m] the meshes of each link reach out of all spheres at the reference pose; negative if they do not."""
     centres, radii = frames(hand, ORIGIN, hand.reference)[1], np.array([sphere.radius for sphere in hand.spheres])
     poses = link_poses(hand, ORIGIN, hand.reference)
     found: dict[str, float] = {}
@@ -39,6 +39,11 @@ def surface_points(mesh: Mesh, count: int) -> Array:
     return np.vstack([mesh.vertices, np.einsum("pk,pkx->px", rng.dirichlet(np.ones(3), count), chosen)])
 
 
+def tips(hand: Hand) -> Array:
+    """The tips (m, 3) [m] at the reference pose, seen from the root link."""
+    return frames(hand, ORIGIN, hand.reference)[0]
+
+
 def pair_gaps(hand: Hand) -> Array:
     """The distances (P,) between the spheres of each pair at the reference pose; negative where they overlap."""
     centres = frames(hand, ORIGIN, hand.reference)[1]
@@ -51,8 +56,8 @@ def pair_gaps(hand: Hand) -> Array:
 def start_offsets(hand: Hand, edge: float) -> Array:
     """For each wrist start, how far the middle of the tips is from that of a cube of this edge (W,)."""
     extents = np.full(3, edge)
-    tips = [frames(hand, start.pose(np.zeros(3), extents), hand.reference)[0] for start in hand.wrist_starts]
-    return np.linalg.norm(np.mean(tips, axis=1), axis=1)
+    poses = [start.pose(np.zeros(3), extents) for start in hand.wrist_starts]
+    return np.linalg.norm([frames(hand, pose, hand.reference)[0].mean(axis=0) for pose in poses], axis=1)
 
 
 def kinematics_errors(hand: Hand, samples: int, seed: int = 0) -> dict[Backend, float]:

@@ -27,7 +27,7 @@ Colour = tuple[float, float, float]
 HAND, SURFACE, CLOUD, TABLE = "hand", "surface", "cloud", "table"
 CONTACTS, NORMALS, CONES, SPRINGS, SPHERES = "contacts", "normals", "friction cones", "springs", "collision spheres"
 LAYERS = (HAND, SURFACE, CLOUD, CONTACTS, NORMALS, CONES, SPRINGS, SPHERES, TABLE)
-"""What can be switched on and off; all but the collision spheres are on at first."""
+"""What can be switched on and off."""
 GREY, PALE, BLACK, GREEN = (0.35, 0.37, 0.4), (0.85, 0.83, 0.8), (0.1, 0.1, 0.1), (0.1, 0.55, 0.25)
 ORANGE, PURPLE, BLUE = (0.95, 0.5, 0.05), (0.55, 0.2, 0.65), (0.2, 0.45, 0.85)
 HAND_OPACITY = 0.6
@@ -112,6 +112,10 @@ class Scene:
     shapes: tuple[Shape, ...]
     views: tuple[View, ...]
     notes: tuple[str, ...]
+    hidden: tuple[str, ...] = (SPHERES,)
+    """Layers that are off at first, and in no picture."""
+    kind: str = "Grasp"
+    """What a view shows."""
 
 
 def scene(grasps: Grasps, hand: Hand, problem: Problem | None, points: Array, notes: Sequence[str] = ()) -> Scene:
@@ -244,11 +248,11 @@ def cone(apex: Array, normal: Array, friction: float) -> Shape:
     return Shape(CONES, np.vstack([apex, rim]), faces, GREEN, opacity=0.3, moves=True)
 
 
-def spheres(hand: Hand, wrist: Array, joints: Array) -> list[Shape]:
+def spheres(hand: Hand, wrist: Array, joints: Array, opacity: float = 0.35) -> list[Shape]:
     """The collision spheres at a pose of the hand."""
     centres = frames(hand, wrist, joints)[1]
     pairs = zip(centres, hand.spheres, strict=True)
-    return [_ball(SPHERES, centre, sphere.radius, PURPLE, opacity=0.35) for centre, sphere in pairs]
+    return [_ball(SPHERES, centre, sphere.radius, PURPLE, opacity=opacity) for centre, sphere in pairs]
 
 
 def sheets(grasps: Grasps, rank: int, problem: Problem | None) -> tuple[Sheet, ...]:

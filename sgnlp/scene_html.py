@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from sgnlp.errors import InputError
-from sgnlp.scene3d import LAYERS, SPHERES, Scene, Shape
+from sgnlp.scene3d import LAYERS, Scene, Shape
 
 
 def page(scene: Scene) -> str:
@@ -33,9 +33,10 @@ def page(scene: Scene) -> str:
 def _plain(scene: Scene) -> dict[str, Any]:
     return {
         "name": scene.name,
+        "kind": scene.kind,
         "notes": scene.notes,
         "layers": LAYERS,
-        "hidden": [SPHERES],
+        "hidden": scene.hidden,
         "links": [_shape(link) for link in scene.links],
         "shapes": [_shape(shape) for shape in scene.shapes],
         "views": [

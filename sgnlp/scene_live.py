@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.errors import InputError
-from sgnlp.scene3d import LAYERS, SPHERES, Label, Scene, Shape, Sheet
+from sgnlp.scene3d import LAYERS, Label, Scene, Shape, Sheet
 
 Array = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ class Live:
         titles = [view.title for view in views]
         self.grasp = gui.add_dropdown("grasp", titles, initial_value=titles[0])
         self.stage = gui.add_slider("object", min=0, max=len(views[0].stages) - 1, step=1, initial_value=0)
-        self.boxes = {layer: gui.add_checkbox(layer, layer != SPHERES) for layer in LAYERS}
+        self.boxes = {layer: gui.add_checkbox(layer, layer not in self.scene.hidden) for layer in LAYERS}
         self.text = gui.add_markdown("")
         for control in (self.grasp, self.stage, *self.boxes.values()):
             control.on_update(lambda _: self.show())

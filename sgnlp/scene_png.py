@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.errors import InputError
-from sgnlp.scene3d import SPHERES, Scene, Shape
+from sgnlp.scene3d import Scene, Shape
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ def picture(scene: Scene, rank: int = 0, stage: int = 1) -> bytes:
         from matplotlib.figure import Figure
     except ImportError:
         raise InputError("pictures need Matplotlib: pip install 'sgnlp[view]'") from None
-    shapes = [shape for shape in placed(scene, rank, stage) if shape.layer != SPHERES]
+    shapes = [shape for shape in placed(scene, rank, stage) if shape.layer not in scene.hidden]
     values = [shape.values for shape in shapes if shape.values is not None]
     scale = Normalize(*(np.concatenate(values).min(), np.concatenate(values).max()) if values else (0, 1))
     figure = Figure(figsize=(SIZE * len(AZIMUTHS), SIZE), layout="constrained")
@@ -56,7 +56,7 @@ def picture(scene: Scene, rank: int = 0, stage: int = 1) -> bytes:
         ax.autoscale_view()
         ax.set_axis_off()
     view = scene.views[rank]
-    figure.suptitle(f"{scene.name}, grasp {view.title}, {view.stages[stage].name}", fontsize=10)
+    figure.suptitle(f"{scene.name}, {scene.kind.lower()} {view.title}, {view.stages[stage].name}", fontsize=10)
     if values:
         from matplotlib.cm import ScalarMappable
 

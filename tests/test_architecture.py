@@ -19,7 +19,7 @@ STAGES = (
     "problem starts ipopt recompute solution pool plan",
     "firstorder",
     "environment grasps simulation results summary workers batch report plots",
-    "refit handmeshes scene3d scene_html scene_png scene_live",
+    "refit handmeshes handgeometry handcheck scene3d scene_hand scene_html scene_png scene_live",
     "benchmarks studies",
     "cli __main__",
 )

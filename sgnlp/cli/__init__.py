@@ -22,7 +22,20 @@ from sgnlp.cli.flags import beginning
 from sgnlp.errors import SgnlpError
 from sgnlp.presets import PRESETS, VARIANTS
 
-COMMANDS = ("solve", "batch", "simulate", "view", "cloud", "observe", "hands", "study", "benchmark", "cache", "doctor")
+COMMANDS = (
+    "solve",
+    "batch",
+    "simulate",
+    "view",
+    "cloud",
+    "observe",
+    "hands",
+    "check-hand",
+    "study",
+    "benchmark",
+    "cache",
+    "doctor",
+)
 """The names of the commands; a-name would be the class `AName` of `sgnlp.cli.a_name`."""
 
 

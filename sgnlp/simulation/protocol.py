@@ -41,7 +41,7 @@ class Experiment:
         self.world = world(body, hand, command, settings)
         self.data: Any = mujoco.MjData(self.world.model)
         self.data.qpos[self.world.object_place] = settled(body, settings)
-        self.data.qpos[self.world.hand_joints] = command.joints
+        self.data.qpos[self.world.hand_joints] = hand.moving_angles(command.joints)
         self.data.ctrl[:] = command.targets.ravel()  # the springs' frame is the world's until the lift
         mujoco.mj_forward(self.world.model, self.data)
         hull = body.vertices[ConvexHull(body.vertices).vertices]

@@ -26,7 +26,7 @@ class World:
     """A compiled model, and where in it hand and object are; n joints, m fingers."""
 
     model: Any  # mujoco.MjModel
-    hand_joints: NDArray[np.intp]  # (n,) places in qpos, in the order of the hand's joint_names
+    hand_joints: NDArray[np.intp]  # places in qpos, in the order of the hand's moving_joints
     lift: int  # place of the wrist's rise in qvel
     tips: NDArray[np.intp]  # (m,) sites
     pad_links: NDArray[np.intp]  # (m,) bodies
@@ -79,7 +79,7 @@ def _located(model: Any, hand: Hand) -> World:
     solid = [g for g in range(model.ngeom) if model.geom_contype[g]]
     return World(
         model=model,
-        hand_joints=np.array([int(model.joint(HAND + name).qposadr[0]) for name in hand.joint_names]),
+        hand_joints=np.array([int(model.joint(HAND + name).qposadr[0]) for name in hand.moving_joints]),
         lift=int(model.joint(LIFT).dofadr[0]),
         tips=np.array([model.site(HAND + centre(finger.name)).id for finger in hand.fingers]),
         pad_links=model.geom_bodyid[pads],

@@ -1,0 +1,51 @@
+"""`sgnlp check-hand`: whether a hand's folder can be planned with, and a picture of its spheres over its meshes."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+from rich.console import Console
+from rich.text import Text
+
+from sgnlp import handcheck, results, scene_html, scene_png
+from sgnlp.cli import codes
+from sgnlp.scene_hand import hand_scene
+
+STYLES = {"ok": "green", "look": "yellow", "wrong": "red"}
+WIDTH = max(map(len, STYLES)) + 2
+
+
+@dataclass
+class CheckHand:
+    """Examine a hand's folder, and draw its spheres over its meshes. The pictures need the extra `view`."""
+
+    folder: tyro.conf.Positional[Path]
+    """holds hand.yaml"""
+    spheres: str = "cover"
+    """preset of spheres"""
+    png: Path | None = None
+    """write a picture of the spheres over the meshes at the reference pose, from three sides"""
+    html: Path | None = None
+    """write the same as one HTML file that opens offline, with the poses at the joint limits"""
+
+    def run(self, console: Console) -> int:
+        """Examine, tell, draw."""
+        examination = handcheck.examine(self.folder, self.spheres)
+        for found in examination.findings:
+            console.print(_line(found), soft_wrap=True)
+        looks = sum(finding.verdict == "look" for finding in examination.findings)
+        console.print(f"{len(examination.findings)} checks: {examination.wrong} wrong, {looks} to be looked at")
+        if examination.hand is not None and (self.png or self.html):
+            shown = hand_scene(examination.hand, examination)
+            if self.png is not None:
+                results.write_bytes(self.png, scene_png.picture(shown, 0, 0))
+                console.print(f"written: {self.png}", soft_wrap=True)
+            if self.html is not None:
+                results.write_text(self.html, scene_html.page(shown))
+                console.print(f"written: {self.html}", soft_wrap=True)
+        return codes.BAD_INPUT if examination.wrong else 0
+
+
+def _line(finding: handcheck.Finding) -> Text:
+    verdict = finding.verdict.ljust(WIDTH), STYLES[finding.verdict]
+    return Text.assemble(verdict, f"{finding.check}: {finding.found}", (f"  ({finding.valid})", "dim"))
