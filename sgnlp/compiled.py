@@ -16,23 +16,27 @@ import casadi as ca
 from filelock import FileLock
 
 from sgnlp import codegen, toolchain
+from sgnlp.elastic import relax
 from sgnlp.hand import Hand
 from sgnlp.kinematics import backend
-from sgnlp.nlp import FUNCTIONS, Nlp, Structure, build, frame
+from sgnlp.nlp import FUNCTIONS, Nlp, build, frame
+from sgnlp.structure import Structure
 
 FLAGS = ("-O1", "-ffp-contract=off")
 """-O2 compiles twice as long and gains nothing; contraction would change the bits."""
 
 MODULES = (
     "chain", "checked", "clouds", "codegen", "constraints", "equilibrium", "errors", "gpis", "grasp", "hand",
-    "handfile", "handmodel", "jets", "kernels", "kinematics", "nlp", "nodes", "observation", "open3d_files", "ops",
-    "parameters", "sampling", "settings", "training",
+    "handfile", "handmodel", "jets", "kernels", "kinematics", "names", "nlp", "nodes", "observation", "open3d_files",
+    "ops", "parameters", "sampling", "settings", "structure", "symbolic", "training",
 )  # fmt: skip
 """What `sgnlp.nlp` and `sgnlp.codegen` import, beside the energies: a change in one of them asks for a new build."""
 
 
 def program(hand: Hand, structure: Structure, compiled: bool = True) -> Nlp:
     """The program of a hand and structure: compiled if it is wanted and in the cache, else in CasADi's machine."""
+    if structure.formulation == "elastic":
+        return relax(program(hand, structure.rigid, compiled))
     found = load(hand, structure) if compiled else None
     return found or build(hand, structure)
 
@@ -65,7 +69,7 @@ def compile_program(
     library.parent.mkdir(parents=True, exist_ok=True)
     with FileLock(library.with_suffix(".lock")):
         if not library.is_file():
-            nlp = build(hand, structure)
+            nlp = build(hand, structure.rigid)
             sources = {file: text for name in FUNCTIONS for file, text in _sources(name, nlp).items()}
             library.with_suffix(".json").write_text(json.dumps(nlp.row_sizes))
             toolchain.build(library, sources, FLAGS, jobs, progress)
@@ -83,6 +87,7 @@ def can_compile() -> bool:
 
 def path(hand: Hand, structure: Structure) -> Path:
     """Where the compiled program of a hand and structure lies, whether it is there or not."""
+    structure = structure.rigid
     key = toolchain.fingerprint(_package(), hand.digest, repr(astuple(structure)), ca.__version__, backend(), *FLAGS)
     return toolchain.cache_folder() / f"program-{structure.formulation}-{key}.so"
 

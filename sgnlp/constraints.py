@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from math import cos, inf, radians
+from math import acos, cos, degrees, inf, radians
 from typing import Any
 
 import numpy as np
@@ -16,27 +16,60 @@ from sgnlp.settings import Settings
 
 Array = NDArray[np.float64]
 
-LENGTH = 0.01
-"""Scale of rows that are lengths [m]: a row of 1 is 1 cm."""
-STIFFNESS = 0.01
-"""Scale of the row of ρ [N m]."""
-TORQUE = 0.1
-"""Scale of the rows of the net torque [N m]: forces of some newtons at some centimetres."""
+
+def _same(value: float) -> float:
+    return value
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A row of 1 is `scale` in SI units; `reading` turns SI units into what `symbol` names."""
+
+    symbol: str
+    scale: float
+    reading: Callable[[float], float] = _same
+
+
+def _angle_deg(trace: float) -> float:
+    """The angle [deg] of a rotation of that trace, 1 + 2 cos."""
+    return degrees(acos(min(max((trace - 1) / 2, -1.0), 1.0)))
+
+
+NUMBER = Unit("", 1.0)
+LENGTH = Unit("m", 0.01)
+FORCE = Unit("N", 1.0)
+STIFFNESS = Unit("N m", 0.01)
+"""Of ρ."""
+TORQUE = Unit("N m", 0.1)
+"""Of the net torque: forces of some newtons at some centimetres."""
+EFFORT = Unit("of the effort", 1.0)
+GAIN = Unit("N/m", 100.0)
+TRACE = Unit("deg", 1.0, _angle_deg)
 
 
 @dataclass(frozen=True)
 class Constraint:
-    """Rows lower ≤ value(g)/scale ≤ upper; `everywhere` ones also bound the penalty formulation.
+    """Rows lower ≤ value(g) ≤ upper, divided by the scale of their unit, one for each of `over` (`sgnlp.names`).
 
-    One that `needs` a trait is left out of programs without it (see `nlp.Structure.traits`).
+    `everywhere` ones also bound the penalty formulation. One that `needs` a trait is left out of programs without it
+    (see `nlp.Structure.traits`). `domain` ones say where the functions are defined, and are never relaxed: outside the
+    ball the surface's variance is negative, without stiffness the equilibrium is any rotation, and far from the desired
+    rotation the least energy may be a half turn away.
     """
 
     name: str
+    over: str
+    unit: Unit
     value: Callable[[Grasp, Ops], Any]
     bounds: Callable[[Settings], tuple[float, float]]
-    scale: float = 1.0
-    everywhere: bool = False
     needs: str = ""
+    everywhere: bool = False
+    domain: bool = False
+
+    @property
+    def scale(self) -> float:
+        """What a row of 1 is, in SI units."""
+        return self.unit.scale
 
 
 def _displacements(g: Grasp, op: Ops) -> Any:
@@ -52,6 +85,18 @@ def _margins_initial(g: Grasp, op: Ops) -> Any:
     return margins(g.forces, g.normals, g.friction, op)
 
 
+def _margins_equilibrium(g: Grasp, op: Ops) -> Any:
+    return margins(g.forces_eq, g.normals_eq, g.friction, op)
+
+
+def _zero(s: Settings) -> tuple[float, float]:
+    return 0.0, 0.0
+
+
+def _clear(s: Settings) -> tuple[float, float]:
+    return 0.0, inf
+
+
 def _forces(s: Settings) -> tuple[float, float]:
     return s.limits.force_min, s.limits.force_max
 
@@ -61,46 +106,81 @@ def _pad_clearance(s: Settings) -> tuple[float, float]:
     return (s.limits.object_margin if s.contact.c < 1 else -inf), inf
 
 
-def _sag(s: Settings) -> float:
+def _effort(s: Settings) -> tuple[float, float]:
+    return -s.limits.effort, s.limits.effort
+
+
+def _stiffness(s: Settings) -> tuple[float, float]:
+    return s.limits.stiffness, inf
+
+
+def _trace_least(s: Settings) -> tuple[float, float]:
+    return 1 + 2 * cos(radians(s.limits.rotation_deg)), inf
+
+
+def _cone(s: Settings) -> tuple[float, float]:
+    return s.limits.margin_initial, inf
+
+
+def _sag(s: Settings) -> tuple[float, float]:
     """Least Σk [N/m] for which the object's weight moves the equilibrium by no more than `limits.shift`."""
-    return s.contact.mass * GRAVITY / s.limits.shift
+    return s.contact.mass * GRAVITY / s.limits.shift, inf
 
 
 CONSTRAINTS: tuple[Constraint, ...] = (
-    Constraint("stiffness", lambda g, op: g.stiffness, lambda s: (s.limits.stiffness, inf), STIFFNESS, True, "spring"),
-    Constraint("rotation", _trace, lambda s: (1 + 2 * cos(radians(s.limits.rotation_deg)), inf), 1.0, True, "spring"),
-    Constraint("workspace", lambda g, op: g.ball_clearances, lambda s: (0.0, inf), LENGTH, True),
-    Constraint("contact", lambda g, op: g.gaps, lambda s: (0.0, 0.0), LENGTH),
-    Constraint("margin_initial", _margins_initial, lambda s: (s.limits.margin_initial, inf), needs="spring"),
+    Constraint("stiffness", "", STIFFNESS, lambda g, op: g.stiffness, _stiffness, "spring", True, True),
+    Constraint("rotation", "", TRACE, _trace, _trace_least, "spring", True, True),
+    Constraint("workspace", "finger", LENGTH, lambda g, op: g.ball_clearances, _clear, "", True, True),
+    Constraint("contact", "finger", LENGTH, lambda g, op: g.gaps, _zero),
+    Constraint("margin_initial", "finger", NUMBER, _margins_initial, _cone, "spring"),
     Constraint(
         "margin_equilibrium",
-        lambda g, op: margins(g.forces_eq, g.normals_eq, g.friction, op),
+        "finger",
+        NUMBER,
+        _margins_equilibrium,
         lambda s: (s.limits.margin_equilibrium, inf),
-        needs="spring",
+        "spring",
     ),
-    Constraint("force", lambda g, op: op.norm(g.forces_eq), _forces, needs="spring"),
-    Constraint("shift", _displacements, lambda s: (-inf, s.limits.shift), LENGTH, needs="spring"),
-    Constraint("object", lambda g, op: g.object_clearances, lambda s: (s.limits.object_margin, inf), LENGTH),
-    Constraint("pads_object", lambda g, op: g.pad_clearances, _pad_clearance, LENGTH),
-    Constraint("table", lambda g, op: g.table_clearances, lambda s: (s.limits.table_margin, inf), LENGTH),
-    Constraint("pads_table", lambda g, op: g.pad_heights, lambda s: (s.limits.pad_margin, inf), LENGTH),
-    Constraint("self", lambda g, op: g.pair_clearances, lambda s: (0.0, inf), LENGTH),
-    Constraint("contact_table", lambda g, op: g.contact_heights, lambda s: (0.0, inf), LENGTH),
-    Constraint("equilibrium_table", lambda g, op: g.contact_heights_eq, lambda s: (0.0, inf), LENGTH, needs="spring"),
-    Constraint("sag", lambda g, op: op.sum(g.gains), lambda s: (_sag(s), inf), 100.0, needs="spring"),
-    Constraint("cone", _margins_initial, lambda s: (s.limits.margin_initial, inf), 1.0, True, "closure"),
+    Constraint("force", "finger", FORCE, lambda g, op: op.norm(g.forces_eq), _forces, "spring"),
+    Constraint("shift", "finger", LENGTH, _displacements, lambda s: (-inf, s.limits.shift), "spring"),
+    Constraint("object", "link", LENGTH, lambda g, op: g.object_clearances, lambda s: (s.limits.object_margin, inf)),
+    Constraint("pads_object", "finger", LENGTH, lambda g, op: g.pad_clearances, _pad_clearance),
+    Constraint("table", "link", LENGTH, lambda g, op: g.table_clearances, lambda s: (s.limits.table_margin, inf)),
+    Constraint("pads_table", "finger", LENGTH, lambda g, op: g.pad_heights, lambda s: (s.limits.pad_margin, inf)),
+    Constraint("self", "pair", LENGTH, lambda g, op: g.pair_clearances, _clear),
+    Constraint("contact_table", "finger", LENGTH, lambda g, op: g.contact_heights, _clear),
+    Constraint("equilibrium_table", "finger", LENGTH, lambda g, op: g.contact_heights_eq, _clear, "spring"),
+    Constraint("sag", "", GAIN, lambda g, op: op.sum(g.gains), _sag, "spring"),
+    Constraint("torque_initial", "joint", EFFORT, lambda g, op: g.torques / g.effort, _effort, "torques"),
+    Constraint("torque_equilibrium", "joint", EFFORT, lambda g, op: g.torques_eq / g.effort, _effort, "torques_eq"),
+    Constraint("cone", "finger", NUMBER, _margins_initial, _cone, "closure", True),
     Constraint(
-        "press", lambda g, op: -op.dot(g.forces, g.normals), lambda s: (s.limits.force_min, inf), 1.0, True, "closure"
+        "press",
+        "finger",
+        FORCE,
+        lambda g, op: -op.dot(g.forces, g.normals),
+        lambda s: (s.limits.force_min, inf),
+        "closure",
+        True,
     ),
-    Constraint("force_initial", lambda g, op: op.norm(g.forces), lambda s: (-inf, s.limits.force_max), needs="closure"),
-    Constraint("net_force", lambda g, op: g.wrench[0, :], lambda s: (0.0, 0.0), needs="closure"),
-    Constraint("net_torque", lambda g, op: g.wrench[1, :], lambda s: (0.0, 0.0), TORQUE, needs="closure"),
+    Constraint(
+        "force_initial",
+        "finger",
+        FORCE,
+        lambda g, op: op.norm(g.forces),
+        lambda s: (-inf, s.limits.force_max),
+        "closure",
+    ),
+    Constraint("net_force", "axis", FORCE, lambda g, op: g.wrench[0, :], _zero, "closure"),
+    Constraint("net_torque", "axis", TORQUE, lambda g, op: g.wrench[1, :], _zero, "closure"),
     Constraint(
         "gains",
+        "finger",
+        FORCE,
         lambda g, op: g.gains * g.contact_deviations,
         lambda s: (s.contact.heuristic, s.contact.heuristic),
-        everywhere=True,
-        needs="heuristic",
+        "heuristic",
+        True,
     ),
 )
 """All constraints, in the order of the rows of g."""
@@ -109,4 +189,4 @@ CONSTRAINTS: tuple[Constraint, ...] = (
 def active(traits: Collection[str]) -> tuple[Constraint, ...]:
     """The constraints of a program with these traits: a formulation, a metric, and others that constraints need."""
     there = [c for c in CONSTRAINTS if not c.needs or c.needs in traits]
-    return tuple(c for c in there if "constrained" in traits or c.everywhere)
+    return tuple(c for c in there if "penalty" not in traits or c.everywhere)

@@ -3,6 +3,11 @@
     p_i = o_i + c (a_i - o_i),   R, t = equilibrium(p, o, k),   p_i(eq) = R p_i + t
     f_i(t0) = k_i (o_i - p_i),   f_i(eq) = k_i (o_i - p_i(eq)),   n_i = ∇μ/|∇μ| at p_i,   n_i(eq) = R n_i
 
+Joint torques are τ = Jᵀf with the Jacobian of the pregrasp, since a plan does not know the joints at a contact: four
+joints a finger leave a choice, which the controller makes on the way, 24 mm in the median. Against the joints that
+inverse kinematics finds from the pregrasp, in 95 grasps on 14 objects, the largest torque is right to 1 % at first
+contact and 7 % too small at equilibrium (medians 0.75 and 0.81 N m); the worst joint is off by 0.08 and 0.13 N m.
+
 The same class holds CasADi expressions (`sgnlp.nlp`) or NumPy arrays (`sgnlp.recompute`).
 """
 
@@ -27,6 +32,9 @@ class Grasp:
     stiffness: Any  # () [N m], ρ
     forces: Any  # (m, 3) [N] at first contact
     forces_eq: Any  # (m, 3) [N]
+    torques: Any  # (n,) [N m], Jᵀf at first contact, J = ∂a/∂joints of the pregrasp
+    torques_eq: Any  # (n,) [N m], the same at equilibrium
+    effort: Any  # (n,) [N m], the largest that the hand gives
     wrench: Any  # (2, 3) [N], [N m], net force on the object at first contact and its torque about the centre of mass
     normals: Any  # (m, 3)
     normals_eq: Any  # (m, 3)

@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import casadi as ca
@@ -9,11 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.compiled import program
-from sgnlp.kkt import Kkt, residuals
+from sgnlp.elastic import stretched
+from sgnlp.kkt import SOLVED_FACTOR, Kkt, residuals
 from sgnlp.oracle import Oracle, join
 from sgnlp.problem import Problem
 from sgnlp.settings import Solver
 from sgnlp.starts import Start, initial
+from sgnlp.violations import Violation, violations
 
 Array = NDArray[np.float64]
 
@@ -35,6 +38,7 @@ class Iterate:
     status: str
     iterations: int
     seconds: float
+    violations: tuple[Violation, ...] = ()
 
 
 def options(solver: Solver, iterations: int) -> dict[str, Any]:
@@ -58,8 +62,9 @@ def options(solver: Solver, iterations: int) -> dict[str, Any]:
 
 def schedule(solver: Solver) -> list[tuple[str, int]]:
     """The formulations to solve in order, each with its iterations at most."""
-    if solver.formulation == "two_phase":
-        return [("penalty", solver.penalty_iterations), ("constrained", solver.max_iterations)]
+    second = {"two_phase": "constrained", "elastic": "elastic"}.get(solver.formulation)
+    if second:
+        return [("penalty", solver.penalty_iterations), (second, solver.max_iterations)]
     return [(solver.formulation, solver.max_iterations)]
 
 
@@ -103,6 +108,8 @@ class Planner:
             p = self.problem.parameters(nlp, start.wrist, start.joints)
             x_bounds = self.problem.variable_bounds(nlp, start.joints)
             g_bounds = self.problem.row_bounds(nlp)
+            rows = partial(phase.oracle.values, p=p)
+            x = stretched(nlp, rows, x, *g_bounds)
             bounds = dict(zip(("lbx", "ubx", "lbg", "ubg"), (*x_bounds, *g_bounds), strict=True))
             result = phase.solver(x0=np.clip(x, *x_bounds), p=p, **bounds)
             x = np.array(result["x"]).ravel()
@@ -115,8 +122,9 @@ class Planner:
             x=x,
             p=p,
             objective=float(result["f"]),
-            kkt=residuals(phase.oracle, x, p, multipliers, x_bounds, g_bounds),
+            kkt=residuals(phase.oracle, x, p, multipliers, x_bounds, g_bounds, (*nlp.variable_names, *nlp.row_names)),
             status=str(stats["return_status"]),
             iterations=iterations,
             seconds=time.perf_counter() - begin,
+            violations=violations(nlp, rows, x, g_bounds, SOLVED_FACTOR * self.problem.settings.solver.tolerance),
         )

@@ -90,6 +90,21 @@ def frames(hand: Hand, wrist: Array, joints: Array) -> tuple[Array, Array]:
     )
 
 
+def joint_torques(hand: Hand, wrist: Array, joints: Array, forces: Array) -> Array:
+    """Joint torques Σ J_iᵀ f_i (n,) [N m] that exert forces (m, 3) [N] at the tips, by numeric Pinocchio."""
+    data = hand.model.createData()
+    pin.computeJointJacobians(hand.model, data, np.asarray(joints, float))
+    pin.updateFramePlacements(hand.model, data)
+    rotation = pin.XYZQUATToSE3(np.asarray(wrist, float)).rotation
+    torques = np.zeros(len(hand.joint_names))
+    for finger, force in zip(hand.fingers, forces, strict=True):
+        frame = _frame(hand, finger.frame)
+        J = pin.getFrameJacobian(hand.model, data, frame, pin.LOCAL_WORLD_ALIGNED)  # of the frame's origin
+        f, arm = rotation.T @ force, data.oMf[frame].rotation @ finger.offset
+        torques += J.T @ np.concatenate([f, np.cross(arm, f)])
+    return torques
+
+
 def _frame(hand: Hand, link: str) -> int:
     return hand.model.getFrameId(link, pin.FrameType.BODY)
 

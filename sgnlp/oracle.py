@@ -130,6 +130,10 @@ class Oracle:
     callbacks: tuple[ca.Callback, ...]
     """CasADi holds no reference to them."""
 
+    def values(self, x: Array, p: Array) -> Array:
+        """g (ng,) at x (nx,) and p."""
+        return np.array(self.rows(x, p)).ravel()
+
 
 def join(nlp: Nlp, gpis: Gpis, compiled: bool = True) -> Oracle:
     """The oracle of an `Nlp` over a fitted surface, its jets in C if `compiled` and there is a compiler."""

@@ -7,13 +7,15 @@ from numpy.typing import NDArray
 from pinocchio import exp3
 from threadpoolctl import threadpool_limits
 
+from sgnlp.elastic import slack_bounds
 from sgnlp.energies import TERMS
 from sgnlp.errors import InputError
 from sgnlp.gpis import Gpis, fit
 from sgnlp.hand import Hand, load_hand
-from sgnlp.nlp import Nlp, Structure, structure
+from sgnlp.nlp import Nlp, variable_units
 from sgnlp.observation import Observation
 from sgnlp.settings import Settings
+from sgnlp.structure import Structure, structure
 from sgnlp.training import training_set
 
 Array = NDArray[np.float64]
@@ -34,8 +36,8 @@ class Problem:
     com: Array  # (3,) [m], centre of mass: the middle of the box
 
     def structure(self, formulation: str) -> Structure:
-        """The structure of the symbolic functions for the formulation `penalty` or `constrained`."""
-        return structure(self.settings.contact, formulation)
+        """The structure of the symbolic functions for the formulation `penalty`, `constrained` or `elastic`."""
+        return structure(self.settings, formulation)
 
     def weights(self) -> Array:
         """The weight of each of `energies.TERMS`; 0 for another metric and for the motion if E_pose replaces it."""
@@ -69,7 +71,7 @@ class Problem:
                 "c": contact.c,
                 "friction": contact.friction,
                 "pad": float(contact.pad),
-                "foot": float(nlp.structure.formulation == "constrained"),
+                "foot": float(nlp.structure.formulation != "penalty"),
                 "force_min": self.settings.limits.force_min,
                 "displacement": self.displacement,
                 "turn": self.turn.ravel(order="F"),
@@ -84,11 +86,12 @@ class Problem:
                 "force": smoothing.force,
                 "deviation": smoothing.deviation,
                 "exponent": smoothing.exponent,
+                "elastic": self.settings.solver.elastic_weight,
             }
         )
 
     def variable_bounds(self, nlp: Nlp, joints: Array) -> tuple[Array, Array]:
-        """Bounds (nx,) of the scaled variables for the seed `joints` (n)."""
+        """Bounds (nx,) of the scaled variables for the seed `joints` (n), and of the slacks of an elastic program."""
         limits, m = self.settings.limits, len(self.hand.fingers)
         side = self.gpis.radius / np.sqrt(3)  # of the cube inside the surface model's ball
         wrist = np.repeat([limits.wrist_travel, MAX_TURN], 3)
@@ -96,7 +99,11 @@ class Problem:
         targets = np.tile(self.gpis.centre, m)
         low = [-wrist, self.hand.lower - joints, targets - side, gains[0]]
         high = [wrist, self.hand.upper - joints, targets + side, gains[1]]
-        return np.concatenate(low) / nlp.units, np.concatenate(high) / nlp.units
+        slacks, units = slack_bounds(nlp, *self.row_bounds(nlp)), variable_units(self.hand)
+        return (
+            np.concatenate([np.concatenate(low) / units, np.zeros_like(slacks)]),
+            np.concatenate([np.concatenate(high) / units, slacks]),
+        )
 
     def gain_bounds(self) -> tuple[Array, Array]:
         """Bounds (m,) of the gains [N/m]: those of the settings, for free gains, within those of the hand."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from sgnlp.equilibrium import GRAVITY
 from sgnlp.grasp import Grasp
-from sgnlp.kinematics import frames
+from sgnlp.kinematics import frames, joint_torques
 from sgnlp.problem import Problem
 
 Array = NDArray[np.float64]
@@ -40,7 +40,11 @@ def recompute(problem: Problem, wrist: Array, joints: Array, targets: Array, gai
     tip_radii = np.array([finger.radius for finger in hand.fingers])
     pad = tip_radii * contact.pad
     radii = np.array([sphere.radius for sphere in hand.spheres])
-    forces, load = k[:, None] * (o - p), np.array([0.0, 0.0, contact.mass * GRAVITY])
+    forces, forces_eq, load = (
+        k[:, None] * (o - p),
+        k[:, None] * (o - p_eq),
+        np.array([0.0, 0.0, contact.mass * GRAVITY]),
+    )
     clearances = gpis.distance(s) - radii
     along = np.linspace(0.0, 1.0, K)[None, :, None]  # from the pregrasp tip to the target
     path = (along * o[:, None] + (1 - along) * a[:, None]).reshape(-1, 3)
@@ -60,7 +64,10 @@ def recompute(problem: Problem, wrist: Array, joints: Array, targets: Array, gai
         rotation_desired=problem.turn,
         stiffness=rho,
         forces=forces,
-        forces_eq=k[:, None] * (o - p_eq),
+        forces_eq=forces_eq,
+        torques=joint_torques(hand, wrist, joints, forces),
+        torques_eq=joint_torques(hand, wrist, joints, forces_eq),
+        effort=hand.effort,
         wrench=np.stack([forces.sum(axis=0) - load, np.cross(p - problem.com, forces).sum(axis=0)]),
         normals=normals,
         normals_eq=normals @ R.T,

@@ -89,12 +89,27 @@ def checks_table(s: Solution) -> Table:
     return table
 
 
+def violations_table(s: Solution) -> Table:
+    """The constraints that a grasp does not satisfy, the worst first in the scales of the rows, and by how much."""
+    table = _table(f"Start {s.start}, not satisfied", "constraint", "value", "limit", "by")
+    for v in s.violations:
+        factor, unit = (1e3, "mm") if v.unit == "m" else (1.0, v.unit)
+        numbers = (v.value, v.limit, abs(v.value - v.limit))
+        table.add_row(v.name, *(f"{factor * number:.3g} {unit}".rstrip() for number in numbers))
+    return table
+
+
 def tables(plan: Plan) -> list[Any]:
     """Everything to print about a plan: the starts, then the best grasp or the least bad one."""
     shown: list[Any] = [starts_table(plan)]
     if plan.solutions:
         first = plan.solutions[0]
-        shown += [fingers_table(plan, first), energy_table(plan, first), checks_table(first)]
+        shown += [
+            fingers_table(plan, first),
+            energy_table(plan, first),
+            checks_table(first),
+        ]
+        shown += [violations_table(first)] if first.violations else []
     return shown
 
 

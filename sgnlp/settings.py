@@ -140,6 +140,7 @@ class Limits(Checked):
         "gain_max": POSITIVE,
         "gain_fixed": NOT_NEGATIVE,
         "wrist_travel": POSITIVE,
+        "effort": NOT_NEGATIVE,
     }
 
     margin_initial: float = 0.0
@@ -170,6 +171,8 @@ class Limits(Checked):
     """least metric clearance between the hand and the object at the pregrasp [m]"""
     wrist_travel: float = 0.3
     """largest displacement of the wrist from its start, along each axis [m]"""
+    effort: float = 0.0
+    """largest joint torque Jᵀf over the hand's effort, at first contact and at equilibrium; 0 leaves torques free"""
 
     def __post_init__(self) -> None:
         """Also that no lower limit is above its upper one."""
@@ -212,12 +215,16 @@ class Solver(Checked):
         "tolerance": POSITIVE,
         "mu_init": POSITIVE,
         "barrier_tolerance": POSITIVE,
+        "elastic_weight": POSITIVE,
     }
 
-    formulation: Literal["penalty", "constrained", "two_phase"] = "two_phase"
-    """the whole energy; constraints with the rest of the energy; a few iterations of the first, then the second"""
+    formulation: Literal["penalty", "constrained", "two_phase", "elastic"] = "two_phase"
+    """the whole energy; constraints with the rest of the energy; a few iterations of the first, then the second, or
+    then the second with slacks: it tells which constraints cannot be met, and by how much"""
+    elastic_weight: float = 30.0
+    """cost of a violation by the scale of its row (1 cm, 1 N, a margin of 1), in 100 of the energy, where elastic"""
     penalty_iterations: int = 25
-    """iterations of the first phase of two_phase"""
+    """iterations of the first phase of two_phase and of elastic"""
     max_iterations: int = 400
     """iterations of a phase at most"""
     tolerance: float = 1e-6

@@ -10,11 +10,12 @@ from sgnlp.energies.spring import margins
 from sgnlp.grasp import Grasp
 from sgnlp.ipopt import Iterate
 from sgnlp.kinematics import integrate
-from sgnlp.kkt import Kkt
+from sgnlp.kkt import SOLVED_FACTOR, Kkt
 from sgnlp.ops import Exact
 from sgnlp.problem import Problem
 from sgnlp.recompute import recompute
 from sgnlp.starts import Start
+from sgnlp.violations import Violation
 
 Array = NDArray[np.float64]
 
@@ -28,8 +29,6 @@ FORCE_SHARE = 0.9
 """Share of f_min that a finger must give at least."""
 MAX_RESIDUAL = 1e-3
 """Largest |Σ F| + |Σ (p - c_g) × F| that counts as force closure [N and N m]; a solver meets it to 1e-6."""
-SOLVED_FACTOR = 10.0
-"""Ipopt's tolerance is on its internally scaled problem; ours is on the problem as posed."""
 JOINT_SLACK = 1e-6
 """Rounding allowed to a joint limit [rad]."""
 
@@ -68,6 +67,7 @@ class Solution:
     status: str
     iterations: int
     seconds: float
+    violations: tuple[Violation, ...]  # rows of the solver's last program that are not met, worst first
 
     @property
     def feasible(self) -> bool:
@@ -94,7 +94,7 @@ def variables(problem: Problem, start: Start, iterate: Iterate, units: Array) ->
     n, m = len(problem.hand.joint_names), len(problem.hand.fingers)
     x = iterate.x * units
     wrist, joints = integrate(problem.hand, start.wrist, start.joints, x[: 6 + n])
-    return wrist, joints, x[6 + n : 6 + n + 3 * m].reshape(m, 3), x[6 + n + 3 * m :]
+    return wrist, joints, x[6 + n : 6 + n + 3 * m].reshape(m, 3), x[6 + n + 3 * m : 6 + n + 4 * m]
 
 
 def solution(problem: Problem, start: Start, iterate: Iterate, units: Array) -> Solution:
@@ -122,6 +122,7 @@ def solution(problem: Problem, start: Start, iterate: Iterate, units: Array) -> 
         status=iterate.status,
         iterations=iterate.iterations,
         seconds=iterate.seconds,
+        violations=iterate.violations,
     )
 
 
@@ -133,9 +134,12 @@ def feasibility(problem: Problem, g: Grasp, initial: Array, equilibrium: Array) 
     clearance = np.concatenate([g.object_clearances, pads]).min()
     penetration = -1e3 * MAX_PENETRATION
     metric = _compliance(problem, g, equilibrium) if contact.metric == "spring" else _closure(problem, g)
+    effort = problem.settings.limits.effort
+    torque = Check("joint torque", -torque_share(g, contact.metric), -effort - MARGIN_SLACK, "of the effort")
     return (
         Check("margin at first contact", float(initial.min()), -MARGIN_SLACK, ""),
         *metric,
+        *([torque] if effort > 0 else []),
         Check("contact distance", -1e3 * float(np.abs(g.gaps).max()), -1e3 * MAX_GAP, "mm"),
         Check("object clearance", 1e3 * float(clearance), penetration, "mm"),
         Check("table clearance", 1e3 * float(min(g.table_clearances.min(), g.pad_heights.min())), penetration, "mm"),
@@ -143,6 +147,12 @@ def feasibility(problem: Problem, g: Grasp, initial: Array, equilibrium: Array) 
         Check("joint limits", float(limit), -JOINT_SLACK, "rad"),
         Check("surface model", 1e3 * float(g.ball_clearances.min()), 0.0, "mm"),
     )
+
+
+def torque_share(g: Grasp, metric: str) -> float:
+    """The largest joint torque over the hand's effort, at first contact and, with springs, at equilibrium."""
+    torques = [g.torques, g.torques_eq] if metric == "spring" else [g.torques]
+    return float(np.max(np.abs(torques) / g.effort))
 
 
 def _compliance(problem: Problem, g: Grasp, equilibrium: Array) -> tuple[Check, ...]:

@@ -7,7 +7,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from sgnlp.kinematics import frames
-from sgnlp.nlp import Nlp
+from sgnlp.nlp import Nlp, variable_units
 from sgnlp.problem import Problem
 
 Array = NDArray[np.float64]
@@ -43,9 +43,9 @@ def starts(problem: Problem, count: int, seed: int) -> list[Start]:
 
 
 def initial(nlp: Nlp, start: Start) -> Array:
-    """The scaled variables of a start: v = 0, its targets and gains."""
+    """The scaled variables of a start: v = 0, its targets and gains, without slacks."""
     n = len(nlp.hand.joint_names)
-    return np.concatenate([np.zeros(6 + n), start.targets.ravel(), start.gains]) / nlp.units
+    return np.concatenate([np.zeros(6 + n), start.targets.ravel(), start.gains]) / variable_units(nlp.hand)
 
 
 def _turn(wrist: Array, centre: Array, yaw: float) -> Array:

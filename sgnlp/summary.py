@@ -9,7 +9,7 @@ from sgnlp.energies import TERMS
 from sgnlp.environment import kinematics_backend, machine, surface_backend, versions
 from sgnlp.grasps import Grasps, stack
 from sgnlp.plan import Plan
-from sgnlp.solution import Solution
+from sgnlp.solution import Solution, torque_share
 
 
 def meta(plan: Plan) -> dict[str, Any]:
@@ -67,6 +67,7 @@ def _start(s: Solution, rank: int) -> dict[str, Any]:
         "energy": s.energy,
         "stiffness": float(s.grasp.stiffness),
         "kkt": asdict(s.kkt),
+        "violations": [asdict(violation) for violation in s.violations],
         "status": s.status,
         "iterations": s.iterations,
         "seconds": s.seconds,
@@ -97,5 +98,6 @@ def _grasp(s: Solution, plan: Plan) -> dict[str, Any]:
             term.name: {"weight": float(w), "value": float(e), "share": float(w * e)}
             for term, w, e in zip(TERMS, weights, s.energy_terms, strict=True)
         },
+        "torque_over_effort": torque_share(g, plan.problem.settings.contact.metric),
         "checks": {check.name: asdict(check) | {"passed": check.passed} for check in s.checks},
     }

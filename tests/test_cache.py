@@ -9,8 +9,8 @@ from scenes import hand
 
 from sgnlp import compiled, toolchain
 from sgnlp.cli import compiling, run
-from sgnlp.nlp import Structure
 from sgnlp.presets import PRESETS, ROBUST
+from sgnlp.structure import Structure
 
 SMALL = ("--spheres", "paper", "--contact.samples", "2", "--solver.formulation", "penalty")
 

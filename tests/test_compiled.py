@@ -9,7 +9,8 @@ from scenes import hand
 from test_architecture import MODULE_OF, imported
 
 from sgnlp import codegen, compiled, toolchain
-from sgnlp.nlp import FUNCTIONS, Structure, build
+from sgnlp.nlp import FUNCTIONS, build
+from sgnlp.structure import Structure
 
 STRUCTURE = Structure("penalty", 2, "share", "exact")
 """Two samples and the paper's spheres: a small program."""
@@ -75,12 +76,16 @@ def test_another_hand_preset_structure_or_compiler_has_another_key(monkeypatch):
         compiled.path(hand(), replace(STRUCTURE, density="x")),
         compiled.path(hand(), replace(STRUCTURE, metric="closure")),
         compiled.path(hand(), replace(STRUCTURE, metric="closure", heuristic=True)),
+        compiled.path(hand(), replace(STRUCTURE, formulation="constrained")),
+        compiled.path(hand(), replace(STRUCTURE, formulation="constrained", torques=True)),
     }
     monkeypatch.setattr(ca, "__version__", "0.0.0")
     keys.add(compiled.path(hand(), STRUCTURE))
     monkeypatch.setenv("CC", "true")
     keys.add(compiled.path(hand(), STRUCTURE))
-    assert len(keys) == 8
+    assert len(keys) == 10
+    constrained = replace(STRUCTURE, formulation="constrained")
+    assert compiled.path(hand(), replace(STRUCTURE, formulation="elastic")) == compiled.path(hand(), constrained)
 
 
 def test_the_key_covers_every_module_that_a_program_is_made_of():

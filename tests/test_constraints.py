@@ -15,7 +15,7 @@ from sgnlp.presets import PRESETS, ROBUST
 from sgnlp.recompute import rotation_angle
 from sgnlp.settings import Limits
 
-HEAVY = replace(SMALL, contact=replace(SMALL.contact, mass=0.2))
+HEAVY = replace(SMALL, contact=replace(SMALL.contact, mass=0.2), limits=replace(SMALL.limits, effort=1.0))
 MOVED = replace(
     HEAVY,
     contact=replace(HEAVY.contact, displacement=(0.0, 0.0, 0.01), turn=(0.1, 0.2, -0.1)),
@@ -57,6 +57,8 @@ FORMULAS = {
     "contact_table": lambda g: g.contact_heights,
     "equilibrium_table": lambda g: g.contact_heights_eq,
     "sag": lambda g: g.gains.sum(),
+    "torque_initial": lambda g: g.torques / 0.7,
+    "torque_equilibrium": lambda g: g.torques_eq / 0.7,
     "cone": lambda g: margin(g.forces, g.normals, g.friction),
     "press": lambda g: [-k * (o - p) @ n for k, o, p, n in zip(g.gains, g.targets, g.contacts, g.normals, strict=True)],
     "force_initial": lambda g: np.sqrt((g.forces**2).sum(axis=1)),
@@ -95,6 +97,8 @@ BAD = {  # what makes a grasp violate each constraint, and what does not
     "contact_table": ({"contact_heights": np.array([-1e-4])}, {"contact_heights": np.array([1e-4])}),
     "equilibrium_table": ({"contact_heights_eq": np.array([-1e-4])}, {"contact_heights_eq": np.array([1e-4])}),
     "sag": ({"gains": np.full(4, 40.0)}, {"gains": np.full(4, 60.0)}),  # 0.2 kg over 1 cm: 196 N/m
+    "torque_initial": ({"torques": np.eye(16)[3] * -0.72}, {"torques": np.eye(16)[3] * -0.68}),
+    "torque_equilibrium": ({"torques_eq": np.eye(16)[9] * 0.72}, {"torques_eq": np.eye(16)[9] * 0.68}),
     "force_initial": ({"forces": np.full((4, 3), 7.0)}, {"forces": np.full((4, 3), 3.0)}),
     "net_force": ({"wrench": np.array([[0, 1e-4, 0], [0, 0, 0]])}, {"wrench": np.zeros((2, 3))}),
     "net_torque": ({"wrench": np.array([[0, 0, 0], [0, 1e-4, 0]])}, {"wrench": np.zeros((2, 3))}),

@@ -1,18 +1,20 @@
 """Symbolic forward kinematics against numeric Pinocchio, Pinocchio on CasADi scalars, and differences."""
 
 import functools
+from dataclasses import replace
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
 import pinocchio as pin
 import pytest
+from finite_differences import assert_jacobian
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sgnlp.errors import InputError
 from sgnlp.hand import Hand, available_hands, load_hand
-from sgnlp.kinematics import SERIES_TERMS, _exp6, backend, backends, forward, frames, integrate
+from sgnlp.kinematics import SERIES_TERMS, _exp6, backend, backends, forward, frames, integrate, joint_torques
 
 GOLDEN = Path(__file__).parent / "golden"
 EXACT = 1e-12
@@ -193,6 +195,23 @@ def test_the_expressions_stay_small(hand: Hand):
     v = ca.SX.sym("v", 6 + n)
     out = forward(hand, ca.SX.sym("wrist", 7), ca.SX.sym("joints", n), v)
     assert ca.jacobian(ca.vec(ca.vertcat(out.tips, out.spheres)), v).nnz() < 1300
+
+
+def test_joint_torques_do_the_work_that_the_forces_do_at_the_tips(hand: Hand):
+    rng = np.random.default_rng(5)
+    wrist, joints, _ = sample(hand, rng, 0.0)
+    forces = rng.normal(size=(len(hand.fingers), 3))
+
+    def work(angles: np.ndarray) -> float:
+        return float((forces * frames(hand, wrist, angles)[0]).sum())
+
+    torques = joint_torques(hand, wrist, joints, forces)
+    assert_jacobian(work, torques, joints)
+    finger = hand.fingers[1]
+    offset = replace(finger, offset=np.array([0.01, -0.02, 0.03]))
+    hand = replace(hand, fingers=(hand.fingers[0], offset, *hand.fingers[2:]))
+    assert_jacobian(work, joint_torques(hand, wrist, joints, forces), joints)
+    assert np.abs(joint_torques(hand, wrist, joints, forces) - torques)[list(finger.joints)].max() > 1e-3
 
 
 def test_an_unknown_backend_is_refused_with_the_valid_ones():

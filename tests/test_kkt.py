@@ -18,6 +18,10 @@ MULTIPLIERS = np.array([0.0, -4.0]), np.array([3.0, 0.0])
 
 @pytest.fixture(scope="module")
 def oracle():
+    return made()
+
+
+def made():
     x, p = ca.MX.sym("x", 2), ca.MX.sym("p")
     f = (x[0] - 3) ** 2 + (x[1] - p) ** 2
     g = ca.vertcat(x[0] + x[1], x[0] - x[1])
@@ -42,6 +46,18 @@ def test_a_wrong_multiplier_shows_in_the_dual_residual(oracle, lam_x, lam_g):
     kkt = check(oracle, lam_x=lam_x, lam_g=lam_g)
     assert kkt.dual >= 0.1 - 1e-12
     assert kkt.primal == 0.0
+
+
+def test_the_worst_residual_is_named():
+    names = ("x", "y", "sum", "difference")
+
+    def where(x=X, lam_g=MULTIPLIERS[1]):
+        return residuals(functions, np.array(x), P, (MULTIPLIERS[0], np.array(lam_g)), X_BOUNDS, G_BOUNDS, names).where
+
+    functions = made()
+    assert where(lam_g=[3, -0.1]) == "difference"
+    assert where(lam_g=[3.1, 0]) in ("x", "y")
+    assert where(x=[-12, 1]) in ("sum", "difference", "x")
 
 
 def test_a_multiplier_on_an_inactive_row_shows_in_the_complementarity(oracle):

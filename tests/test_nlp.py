@@ -11,15 +11,17 @@ from scenes import SMALL, block, exact_grasp, hand, oracle, posed, random_point
 from sgnlp.benchmarks.plain import plain, plain_hessian
 from sgnlp.energies import TERMS
 from sgnlp.kernels import KERNELS
-from sgnlp.nlp import UNITS, Structure, build, variable_units
+from sgnlp.nlp import UNITS, build, variable_units
 from sgnlp.oracle import Oracle
 from sgnlp.settings import Contact, GpisSettings, Settings, Weights
+from sgnlp.structure import Structure
 
 FORMULATIONS = ("penalty", "constrained")
 EVERY_TERM = Weights(**{field.name: getattr(Weights(), field.name) or 50.0 for field in fields(Weights)})
 LOADED = replace(SMALL, contact=Contact(mass=0.2, friction=0.7, samples=4), weights=EVERY_TERM)
 MOVED = replace(LOADED, contact=replace(LOADED.contact, displacement=(0.01, 0.02, -0.01), turn=(0.2, -0.1, 0.3)))
-CLOSURE = replace(LOADED, contact=replace(LOADED.contact, metric="closure", heuristic=1.6))
+TORQUES = replace(LOADED, limits=replace(LOADED.limits, effort=1.0))
+CLOSURE = replace(TORQUES, contact=replace(LOADED.contact, metric="closure", heuristic=1.6))
 PRINTED = replace(LOADED, contact=replace(LOADED.contact, equilibrium="printed", pad=False, density="density"))
 
 
@@ -41,6 +43,10 @@ def full(H) -> np.ndarray:
     """The symmetric matrix of an upper triangle."""
     H = np.array(H)
     return H + np.triu(H, 1).T
+
+
+def test_the_derivatives_of_joint_torques_match_differences():
+    check(*scene(TORQUES, "constrained", seed=4))
 
 
 @pytest.mark.parametrize("settings", [MOVED, CLOSURE], ids=["moved", "closure"])

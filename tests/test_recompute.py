@@ -11,10 +11,10 @@ from scenes import SMALL, exact_grasp, oracle, posed, random_point, random_rotat
 from sgnlp.chain import Chain
 from sgnlp.equilibrium import GRAVITY
 from sgnlp.grasp import Grasp
-from sgnlp.nlp import _Model
 from sgnlp.oracle import SurfaceJets
 from sgnlp.recompute import equilibrium, rotation_angle
 from sgnlp.settings import Contact, Settings
+from sgnlp.symbolic import Model
 
 LOADED = replace(SMALL, contact=Contact(mass=0.3, friction=0.7, samples=5))
 MOVED = replace(
@@ -33,7 +33,7 @@ def symbolic_grasp(settings: Settings) -> tuple[ca.Function, list[str]]:
     nlp = oracle(settings, "constrained").nlp
     chain = Chain(ca.SX.sym("x", len(nlp.units)))
     p, blocks = nlp.parameters.symbols()
-    model = _Model(nlp.hand, nlp.structure, chain, blocks, nlp.units)
+    model = Model(nlp.hand, nlp.structure, chain, blocks, nlp.units)
     symbols = {f.name: getattr(model.grasp, f.name) for f in fields(Grasp)}
     symbols = {name: value for name, value in symbols.items() if isinstance(value, ca.SX)}
     return ca.Function("grasp", [chain.x, p, *model.jets], chain.value(list(symbols.values()))), list(symbols)
@@ -55,7 +55,14 @@ def both(settings: Settings, seed: int) -> tuple[dict[str, np.ndarray], Grasp]:
 def test_the_numpy_grasp_equals_the_symbolic_one(settings, seed):
     smooth, exact = both(settings, seed)
     assert {"tips", "contacts_eq", "rotation", "stiffness", "forces_eq", "pair_clearances"} <= smooth.keys()
-    assert {"wrench", "contacts_desired", "rotation_desired", "pad_clearances"} <= smooth.keys()
+    assert {
+        "wrench",
+        "contacts_desired",
+        "torques",
+        "torques_eq",
+        "rotation_desired",
+        "pad_clearances",
+    } <= smooth.keys()
     for name, value in smooth.items():
         expected = np.asarray(getattr(exact, name)).reshape(value.shape)
         rtol = 1e-4 if name in ROUNDED else 1e-8

@@ -13,6 +13,7 @@ from sgnlp.energies import TERMS
 from sgnlp.plan import Plan
 from sgnlp.pool import Failure
 from sgnlp.summary import summary
+from sgnlp.violations import Violation
 
 
 def printed(*tables: object, width: int = 80) -> str:
@@ -88,6 +89,23 @@ def test_the_shares_of_the_energy_add_up(plan):
     shares = [float(line[-1]) for line in table[2:]]
     assert sum(shares[:-1]) == pytest.approx(shares[-1], abs=0.005 * len(shares))
     assert table[-1] == ["total", f"{plan.best.energy:.2f}"]
+
+
+def test_what_a_grasp_does_not_satisfy_is_listed_by_name_in_millimetres(plan):
+    missed = (
+        Violation("table[palm_ring]", 3e-3, 0.012, "m", 0.9),
+        Violation("margin_initial[ring]", -0.1, 0.0, "", 0.1),
+    )
+    first = replace(plan.solutions[0], violations=missed)
+    assert lines(report.violations_table(first))[2:] == [
+        ["table[palm_ring]", "3 mm", "12 mm", "9 mm"],
+        ["margin_initial[ring]", "-0.1", "0", "0.1"],
+    ]
+    with_list, without = (
+        report.tables(replace(plan, solutions=(replace(first, violations=v), *plan.solutions[1:])))
+        for v in (missed, ())
+    )
+    assert len(with_list) == len(without) + 1
 
 
 def test_every_check_is_shown_with_its_bound(plan):

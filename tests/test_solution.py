@@ -120,6 +120,17 @@ def test_force_closure_is_judged_by_its_residual_and_its_normal_forces_at_first_
         assert failed(replace(balanced, wrench=0.9e-3 * residual), settings=closure) == set()
 
 
+def test_joint_torques_are_judged_where_they_are_limited_by_the_larger_of_both_states():
+    limited = replace(SMALL, limits=replace(SMALL.limits, effort=1.0))
+    strained = replace(good(), torques=np.zeros(N), torques_eq=0.71 * np.eye(N)[5])
+    assert failed(strained) == set()
+    assert failed(strained, settings=limited) == {"joint torque"}
+    assert failed(replace(strained, torques_eq=-0.69 * np.eye(N)[5]), settings=limited) == set()
+    closure = replace(limited, contact=replace(SMALL.contact, metric="closure"))
+    assert "joint torque" not in failed(strained, settings=closure)
+    assert "joint torque" in failed(replace(strained, torques=strained.torques_eq), settings=closure)
+
+
 def test_what_is_not_a_number_is_not_feasible():
     assert not Check("x", float("nan"), 0.0, "").passed
     assert failed(replace(good(), gaps=np.full(4, np.nan))) == {"contact distance"}

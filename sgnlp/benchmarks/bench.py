@@ -7,10 +7,10 @@ from pathlib import Path
 from sgnlp.compiled import can_compile, compile_program
 from sgnlp.hand import Hand, load_hand
 from sgnlp.ipopt import schedule
-from sgnlp.nlp import Structure, structure
 from sgnlp.observation import Observation, load
 from sgnlp.problem import Problem, pose
 from sgnlp.settings import Settings
+from sgnlp.structure import Structure, structure
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Bench:
     @property
     def structures(self) -> list[Structure]:
         """The structures of the phases."""
-        return [structure(self.settings.contact, formulation) for formulation, _ in schedule(self.settings.solver)]
+        return [structure(self.settings, formulation) for formulation, _ in schedule(self.settings.solver)]
 
     @property
     def compiles(self) -> bool:
@@ -54,7 +54,7 @@ class Bench:
 
     def ready(self) -> None:
         """Compile the functions that the phases and the comparisons need, unless that is done."""
-        penalty = structure(self.settings.contact, "penalty")
+        penalty = structure(self.settings, "penalty")
         if self.compiles:
             for needed in dict.fromkeys([*self.structures, penalty]):
                 compile_program(self.hand, needed, self.jobs)

@@ -5,7 +5,8 @@ import casadi as ca
 from sgnlp.gpis import MIN_SLOPE, Gpis, parameters, symbolic
 from sgnlp.hand import Hand
 from sgnlp.jets import JET
-from sgnlp.nlp import Nlp, Structure, build
+from sgnlp.nlp import Nlp, build
+from sgnlp.structure import Structure
 
 
 def plain(hand: Hand, structure: Structure, gpis: Gpis) -> tuple[ca.MX, ca.MX, ca.MX, ca.MX]:

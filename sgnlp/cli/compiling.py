@@ -13,8 +13,8 @@ from sgnlp.cli.progress import Bar
 from sgnlp.errors import SolverError
 from sgnlp.hand import Hand
 from sgnlp.ipopt import schedule
-from sgnlp.nlp import structure
 from sgnlp.settings import Settings
+from sgnlp.structure import structure
 
 PATIENCE = 10
 """Niceness of a build in the background: it must not slow what the user does next."""
@@ -31,7 +31,7 @@ def build(hand: Hand, settings: Settings, jobs: int, bar: Callable[[str, int | N
     for formulation, _ in schedule(settings.solver):
         progress = bar(f"compiling {formulation}", None).move
         try:
-            compiled.compile_program(hand, structure(settings.contact, formulation), jobs, progress)
+            compiled.compile_program(hand, structure(settings, formulation), jobs, progress)
         except (OSError, subprocess.SubprocessError) as error:
             raise SolverError(f"cannot compile: {error}") from None
 
@@ -44,7 +44,7 @@ def worthwhile(hand: Hand, settings: Settings, starts: int) -> bool:
 def missing(hand: Hand, settings: Settings) -> bool:
     """Whether a formulation of the settings is not in the cache, though compiled functions are wanted."""
     formulations = [formulation for formulation, _ in schedule(settings.solver)]
-    paths = [compiled.path(hand, structure(settings.contact, formulation)) for formulation in formulations]
+    paths = [compiled.path(hand, structure(settings, formulation)) for formulation in formulations]
     return settings.solver.compiled and not all(path.is_file() for path in paths)
 
 
@@ -81,6 +81,7 @@ def _flags(name: str, settings: Settings) -> list[str]:
         "spheres": (settings.spheres, default.spheres),
         "solver.formulation": (settings.solver.formulation, default.solver.formulation),
     }
+    values["limits.effort"] = (settings.limits.effort, default.limits.effort)
     for field in ("samples", "density", "equilibrium", "metric", "heuristic"):
         values[f"contact.{field}"] = (getattr(contact, field), getattr(default.contact, field))
     flags = [word for flag, (value, usual) in values.items() if value != usual for word in (f"--{flag}", str(value))]
