@@ -80,6 +80,9 @@ def _grasp(s: Solution, plan: Plan) -> dict[str, Any]:
         finger.name: {
             "gain": float(g.gains[i]),
             "target": g.targets[i].tolist(),
+            "tip_pregrasp": g.tips[i].tolist(),
+            "contact_point": s.contact_points[i].tolist(),
+            "normal": g.normals[i].tolist(),
             "force": float(np.linalg.norm(g.forces_eq[i])),
             "margin_initial": float(s.margins_initial[i]),
             "margin_equilibrium": float(s.margins_equilibrium[i]),

@@ -1,0 +1,95 @@
+"""The examples of the documentation that are no page: a term of the energy, a program that knows no Python."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pinocchio
+import pytest
+from test_grasps import small_plan
+
+import sgnlp
+from sgnlp import results
+from sgnlp.summary import arrays, summary
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = ROOT / "docs" / "examples"
+BOOST = Path(pinocchio.__file__).parents[4] / "include"  # Pinocchio's wheel brings its headers
+SMALL = ["--gpis.surface-points", "60", "--gpis.interior-points", "15", "--solver.no-compiled", "--starts", "1"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    """A small result."""
+    plan = small_plan()
+    made = tmp_path_factory.mktemp("result")
+    results.save(arrays(plan), summary(plan), made)
+    return made
+
+
+@pytest.fixture(scope="module")
+def reader(tmp_path_factory) -> Path:
+    """The C++ program, compiled."""
+    compiler = shutil.which("c++") or shutil.which("g++")
+    if compiler is None or not (BOOST / "boost").is_dir():
+        pytest.skip("needs a C++ compiler and Boost's headers")
+    program = tmp_path_factory.mktemp("program") / "read_grasp"
+    source = EXAMPLES / "read_grasp.cpp"
+    flags = ["-std=c++17", "-Wall", "-Wextra", "-Werror", "-isystem", BOOST]
+    subprocess.run([compiler, *flags, "-o", program, source], check=True)
+    return program
+
+
+def test_a_program_without_python_reads_the_best_grasp(folder, reader):
+    done = subprocess.run([reader, folder / results.SUMMARY], capture_output=True, text=True, check=True)
+    read = {line.split()[0]: np.array(line.split()[1:], float) for line in done.stdout.splitlines()}
+    grasps = sgnlp.load_grasps(folder)
+    np.testing.assert_allclose(read["wrist"], grasps.wrist[0], atol=1e-6)
+    for name, angle in zip(grasps.joint_names, grasps.joints[0], strict=True):
+        assert read[str(name)][0] == pytest.approx(angle, abs=1e-6)
+    for name, target, gain in zip(grasps.finger_names, grasps.targets[0], grasps.gains[0], strict=True):
+        np.testing.assert_allclose(read[str(name)], [*target, gain], atol=1e-3)
+
+
+def test_it_says_when_no_start_is_feasible(reader, tmp_path):
+    (tmp_path / "summary.json").write_text('{"best": null}')
+    done = subprocess.run([reader, tmp_path / "summary.json"], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (1, "no start is feasible\n")
+
+
+def test_the_summary_has_of_each_finger_what_the_arrays_have(folder):
+    grasps, best = sgnlp.load_grasps(folder), json.loads((folder / results.SUMMARY).read_text())["best"]
+    for i, name in enumerate(grasps.finger_names):
+        finger = best["fingers"][str(name)]
+        for key, values in {
+            "target": "targets",
+            "tip_pregrasp": "tips_pregrasp",
+            "contact_point": "contact_points",
+        }.items():
+            assert finger[key] == getattr(grasps, values)[0, i].tolist()
+        assert finger["normal"] == grasps.normals[0, i].tolist()
+
+
+def test_a_term_of_ones_own_changes_plan_and_energy(tmp_path):
+    """The patch of the how-to, on a copy of the package: contacts at heights that differ less."""
+    git = shutil.which("git")
+    if git is None:
+        pytest.skip("needs git to apply the patch")
+    for name in ("sgnlp", "urdf"):
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    subprocess.run([git, "apply", EXAMPLES / "level.patch"], cwd=tmp_path, check=True)
+    environment = os.environ | {"PYTHONPATH": str(tmp_path)}
+    spread = []
+    for weight in ("0", "1e6"):
+        command = [sys.executable, "-m", "sgnlp", "solve", ROOT / "problems" / "mug_0.npz", "--weights.level", weight]
+        subprocess.run([*command, "--out", weight, "--quiet", *SMALL], cwd=tmp_path, env=environment, check=True)
+        with np.load(tmp_path / weight / "grasps.npz") as grasps:
+            heights = grasps["contacts"][0, :, 2]
+            assert grasps["term_names"][-1] == "level"
+            assert grasps["energy_terms"][0, -1] == pytest.approx(((heights - heights.mean()) ** 2).sum())
+            spread.append(np.ptp(heights))
+    assert spread[1] < 0.5 * spread[0]
