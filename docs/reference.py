@@ -5,11 +5,12 @@ import inspect
 import io
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import redirect_stdout
 from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib import import_module
+from itertools import dropwhile, takewhile
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin, get_type_hints
 from unittest.mock import patch
@@ -141,12 +142,20 @@ def _about(name: str) -> str:
     return (text or "").split("\n\n")[0].replace("\n", " ")
 
 
-MARKER = re.compile(r"<!-- (?P<maker>fields|stages)(?:: (?P<name>[\w.]+))? -->")
+MARKER = re.compile(r"<!-- (?P<maker>fields|stages|table)(?:: (?P<name>[\w./]+))? -->")
 
 
 def filled(markdown: str) -> str:
     """A page with its markers replaced by what they stand for."""
-    return MARKER.sub(lambda marker: record(marker["name"]) if marker["maker"] == "fields" else stages(), markdown)
+    makers: dict[str, Callable[[str], str]] = {"fields": record, "stages": lambda _: stages(), "table": copied}
+    return MARKER.sub(lambda marker: makers[marker["maker"]](marker["name"]), markdown)
+
+
+def copied(file: str) -> str:
+    """The first table of a Markdown file of the project."""
+    lines = iter((ROOT / file).read_text().splitlines())
+    rest = dropwhile(lambda line: not line.startswith("|"), lines)
+    return "\n".join(takewhile(lambda line: line.startswith("|"), rest))
 
 
 def commands() -> str:

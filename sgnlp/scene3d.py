@@ -198,8 +198,8 @@ def view(grasps: Grasps, rank: int, hand: Hand, problem: Problem | None) -> View
     shapes += spheres(hand, g["wrist"], g["joints"])
     gains, names = grasps.gains[rank], grasps.finger_names
     labels = tuple(
-        Label(f"{name} {k:.0f} N/m", (float(o[0]), float(o[1]), float(o[2])))
-        for name, k, o in zip(names, gains, g["targets"], strict=True)
+        Label(f"{name} {k:.0f} N/m", (float(a[0]), float(a[1]), float(a[2])))
+        for name, k, a in zip(names, gains, grasps.tips_pregrasp[rank], strict=True)
     )
     feasible = "feasible" if grasps.feasible[rank] else f"not feasible: {grasps.violated[rank]}"
     title = f"{rank}: start {grasps.start[rank]}, {feasible}"

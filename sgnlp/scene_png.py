@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.errors import InputError
-from sgnlp.scene3d import Scene, Shape
+from sgnlp.scene3d import TABLE, Scene, Shape
 
 Array = NDArray[np.float64]
 
@@ -19,6 +19,8 @@ AZIMUTHS, ELEVATION = (-55.0, 35.0, 125.0), 20.0
 """Three cameras side by side, all from this far above [deg]."""
 SIZE, DPI = 5.0, 130
 """Of a view [inch], and dots per inch."""
+BEHIND = {"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": "none", "alpha": 0.7}
+"""What a label stands on."""
 LIGHT = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
 AMBIENT = 0.45
 DOT = 6e-4
@@ -41,6 +43,7 @@ def picture(scene: Scene, rank: int = 0, stage: int = 1) -> bytes:
     shapes = [shape for shape in placed(scene, rank, stage) if shape.layer not in scene.hidden]
     values = [shape.values for shape in shapes if shape.values is not None]
     scale = Normalize(*(np.concatenate(values).min(), np.concatenate(values).max()) if values else (0, 1))
+    middle, radius = _ball([shape.vertices for shape in shapes if shape.layer != TABLE])
     figure = Figure(figsize=(SIZE * len(AZIMUTHS), SIZE), layout="constrained")
     axes = figure.subplots(1, len(AZIMUTHS))
     for ax, azimuth in zip(axes, AZIMUTHS, strict=True):
@@ -51,9 +54,9 @@ def picture(scene: Scene, rank: int = 0, stage: int = 1) -> bytes:
         order = np.argsort(depth)
         ax.add_collection(PolyCollection([polygons[i] for i in order], facecolors=colours[order], linewidths=0))
         for label in scene.views[rank].labels:
-            ax.annotate(label.text, np.array(label.place) @ camera[:2].T, fontsize=7)
-        ax.set_aspect("equal")
-        ax.autoscale_view()
+            ax.annotate(label.text, np.array(label.place) @ camera[:2].T, fontsize=7, bbox=BEHIND)
+        x, y = camera[:2] @ middle
+        ax.set(aspect="equal", xlim=(x - radius, x + radius), ylim=(y - radius, y + radius))
         ax.set_axis_off()
     view = scene.views[rank]
     figure.suptitle(f"{scene.name}, {scene.kind.lower()} {view.title}, {view.stages[stage].name}", fontsize=10)
@@ -64,6 +67,13 @@ def picture(scene: Scene, rank: int = 0, stage: int = 1) -> bytes:
     file = io.BytesIO()
     figure.savefig(file, format="png", dpi=DPI)
     return file.getvalue()
+
+
+def _ball(vertices: list[Array]) -> tuple[Array, float]:
+    """Middle (3,) and radius [m] of a ball around all vertices (U, 3): what every view has room for."""
+    points = np.concatenate(vertices)
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    return middle, float(np.linalg.norm(points - middle, axis=1).max())
 
 
 def placed(scene: Scene, rank: int, stage: int) -> list[Shape]:
