@@ -1,0 +1,93 @@
+"""The documentation: the site is built strictly, needs no network, and its reference is that of the code."""
+
+import os
+import re
+import subprocess
+import sys
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from sgnlp.cli import COMMANDS
+from sgnlp.grasps import Grasps
+from sgnlp.settings import Settings
+
+for module in ("latex2mathml", "material", "mkdocstrings"):
+    pytest.importorskip(module, reason="the site is built with the extra docs", exc_type=ImportError)
+
+ROOT = Path(__file__).parents[1]
+PAGES = sorted((ROOT / "docs" / "pages").rglob("*.md"))
+LINK = re.compile(r"\]\((?!https?:)([^)#]+)")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory) -> Path:
+    """The folder of the site, built with warnings as errors."""
+    folder = tmp_path_factory.mktemp("site")
+    command = [
+        sys.executable,
+        "-m",
+        "mkdocs",
+        "build",
+        "--strict",
+        "-q",
+        "-f",
+        ROOT / "docs" / "mkdocs.yml",
+        "-d",
+        folder,
+    ]
+    environment = os.environ | {"NO_MKDOCS_2_WARNING": "1", "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return folder
+
+
+def test_every_page_is_built_and_in_the_navigation(site):
+    front = (site / "index.html").read_text()
+    for page in PAGES:
+        place = page.relative_to(ROOT / "docs" / "pages").with_suffix(".html").as_posix()
+        assert (site / place).is_file()
+        assert f'href="{place}"' in front, f"{place} is not in the navigation"
+
+
+def test_no_page_loads_anything_from_the_network(site):
+    for page in site.rglob("*.html"):
+        loaded = re.findall(
+            r"<(?:script|img|iframe)[^>]* src=\"([^\"]+)|<link[^>]* rel=\"?stylesheet[^>]*", page.read_text()
+        )
+        assert not [source for source in loaded if source.startswith(("http:", "https:", "//"))], page
+
+
+def test_every_formula_is_drawn(site):
+    """As MathML, and without a command of TeX that the converter does not know."""
+    text = (site / "theory" / "grasp.html").read_text()
+    assert text.count("<math") > 50
+    for page in site.rglob("*.html"):
+        for formula in re.findall(r"<math.*?</math>", page.read_text(), re.DOTALL):
+            assert "\\" not in formula, f"{page.name}: {formula}"
+        assert 'class="arithmatex"' not in page.read_text(), page
+
+
+def test_the_reference_has_every_setting_command_and_array(site):
+    settings = (site / "reference" / "settings.html").read_text()
+    for section in fields(Settings):
+        inner = (
+            getattr(section.default_factory, "__dataclass_fields__", None)
+            if callable(section.default_factory)
+            else None
+        )
+        for name in inner or {section.name: None}:
+            flag = f"{section.name}.{name}" if inner else name
+            assert f"<code>--{flag.replace('_', '-')}</code>" in settings, flag
+    commands = (site / "reference" / "commands.html").read_text()
+    assert all(f"usage: sgnlp {name} " in commands for name in COMMANDS)
+    files = (site / "reference" / "files.html").read_text()
+    assert all(f"<code>{f.name}</code>" in files for f in fields(Grasps))
+
+
+@pytest.mark.parametrize("page", [ROOT / "README.md", *PAGES], ids=lambda page: page.stem)
+def test_no_link_between_pages_is_broken(page):
+    made = {"settings.md", "commands.md", "index.md", "can.png"}
+    for target in LINK.findall(page.read_text()):
+        assert (page.parent / target).exists() or Path(target).name in made, target
