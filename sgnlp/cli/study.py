@@ -10,7 +10,7 @@ from rich.console import Console
 
 from sgnlp import plots, report, results, studies
 from sgnlp.checked import POSITIVE, Interval
-from sgnlp.cli import codes, failures
+from sgnlp.cli import codes, failures, pictures
 from sgnlp.cli.flags import ROWS, Starting, Tabling, made
 from sgnlp.cli.progress import bars
 from sgnlp.errors import InputError
@@ -53,6 +53,8 @@ class Study(Tabling, Starting):
             raise InputError(f"the study {self.name} " + ("needs clouds" if study.clouds else "takes no files"))
         if self.pictures and not study.failed:
             raise InputError(f"the study {self.name} has no trials to take pictures of")
+        if self.pictures:
+            pictures.headless()
         results.writable(folder)
         load_hand(self.hand, self.settings.spheres)
         setup = Setup(self.files, self.hand, self.settings, self.starts, self.seed, self.timeout)
