@@ -21,7 +21,7 @@ from sgnlp.observation import DEFAULTS, Observation, ObservationSettings, load
 from sgnlp.plan import solve
 from sgnlp.presets import ROBUST
 from sgnlp.settings import Settings
-from sgnlp.summary import arrays, summary
+from sgnlp.summary import arrays, courses, summary
 from sgnlp.workers import Workers, each, one_at_a_time
 
 
@@ -115,21 +115,25 @@ def survey(task: Task, file: Path) -> tuple[str, str]:
         return observation.name, observation.digest
 
 
-def plan(task: Task, file: Path) -> tuple[Grasps, dict[str, Any]]:
-    """The grasps for one file and their summary."""
+Planned = tuple[Grasps, dict[str, Any], dict[str, Any]]
+"""Grasps, their summary, and how their starts went."""
+
+
+def plan(task: Task, file: Path) -> Planned:
+    """The result for one file."""
     with one_at_a_time():
         hand = load_hand(task.hand, task.settings.spheres)
         options = {"count": task.count, "seed": task.seed, "timeout": task.timeout}
         found = solve(task.load(file), hand, task.settings, jobs=1, **options)  # type: ignore[arg-type]
-        return arrays(found), summary(found)
+        return arrays(found), summary(found), courses(found)
 
 
-def _saved(file: Path, name: str, planned: tuple[Grasps, dict[str, Any]] | str, folder: Path) -> Row:
+def _saved(file: Path, name: str, planned: Planned | str, folder: Path) -> Row:
     if isinstance(planned, str):
         return Row(name, str(file), failure=planned)
-    grasps, found = planned
+    grasps, found, ways = planned
     try:
-        results.save(grasps, found, folder / name)
+        results.save(grasps, found, folder / name, ways)
     except InputError as error:
         return Row(name, str(file), failure=str(error))
     failures = [start["failure"] for start in found["starts_table"] if "failure" in start]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from sgnlp.compiled import program
 from sgnlp.elastic import stretched
 from sgnlp.kkt import SOLVED_FACTOR, Kkt, residuals
+from sgnlp.nlp import ENERGY_UNIT
 from sgnlp.oracle import Oracle, join
 from sgnlp.problem import Problem
 from sgnlp.settings import Solver
@@ -22,11 +23,22 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
+class Course:
+    """The points that Ipopt went through from a start, T of them: the first of each formulation and every iterate."""
+
+    formulation: NDArray[np.str_]  # (T,)
+    energy: Array  # (T,) smoothed, of the terms that the formulation has
+    primal: Array  # (T,) largest violation of a scaled row
+    dual: Array  # (T,) largest entry of the Lagrangian's gradient, as Ipopt scales it
+    barrier: Array  # (T,) μ
+
+
+@dataclass(frozen=True, eq=False)
 class Iterate:
     """What a solver returns for one start, in the scaled variables of its last formulation.
 
     x (nx), parameters p, and the residuals of the optimality conditions that we recomputed there; `status` is the
-    solver's word, never believed.
+    solver's word, never believed, and so is the `course`.
     """
 
     start: int
@@ -38,6 +50,7 @@ class Iterate:
     status: str
     iterations: int
     seconds: float
+    course: Course
     violations: tuple[Violation, ...] = ()
 
 
@@ -101,7 +114,7 @@ class Planner:
 
     def solve(self, start: Start) -> Iterate:
         """Run the phases from a start, each from where the one before it ended."""
-        begin, iterations = time.perf_counter(), 0
+        begin, iterations, legs = time.perf_counter(), 0, []
         x = initial(self.phases[0].oracle.nlp, start)
         for phase in self.phases:
             nlp = phase.oracle.nlp
@@ -115,6 +128,7 @@ class Planner:
             x = np.array(result["x"]).ravel()
             stats = phase.solver.stats()
             iterations += int(stats["iter_count"])
+            legs.append(_leg(nlp.structure.formulation, stats["iterations"]))
         multipliers = np.array(result["lam_x"]).ravel(), np.array(result["lam_g"]).ravel()
         return Iterate(
             start=start.index,
@@ -126,5 +140,12 @@ class Planner:
             status=str(stats["return_status"]),
             iterations=iterations,
             seconds=time.perf_counter() - begin,
+            course=Course(*(np.concatenate(column) for column in zip(*legs, strict=True))),
             violations=violations(nlp, rows, x, g_bounds, SOLVED_FACTOR * self.problem.settings.solver.tolerance),
         )
+
+
+def _leg(formulation: str, told: dict[str, list[float]]) -> tuple[NDArray[Any], ...]:
+    """The columns of `Course` for one formulation, from what CasADi's interface kept of the iterates."""
+    energy, primal, dual, barrier = (np.array(told[name]) for name in ("obj", "inf_pr", "inf_du", "mu"))
+    return np.full(len(energy), formulation), ENERGY_UNIT * energy, primal, dual, barrier

@@ -1,4 +1,4 @@
-"""Result folders: `grasps.npz`, `summary.json` and tables of rows, written whole or not at all, and read again."""
+"""Result folders: grasps, summary, courses of the starts, rows; written whole or not at all, and read again."""
 
 import csv
 import io
@@ -20,6 +20,7 @@ from sgnlp.grasps import Grasps
 
 GRASPS = "grasps.npz"
 SUMMARY = "summary.json"
+COURSES = "courses.npz"
 
 
 def writable(folder: Path) -> None:
@@ -32,8 +33,8 @@ def writable(folder: Path) -> None:
         raise InputError(f"the output folder '{folder}' cannot be written: {error.strerror}") from None
 
 
-def save(grasps: Grasps, summary: dict[str, Any], folder: Path) -> None:
-    """Write both files of a result; each appears complete or not at all.
+def save(grasps: Grasps, summary: dict[str, Any], folder: Path, courses: dict[str, Any] | None = None) -> None:
+    """Write the files of a result; each appears complete or not at all. Courses of an older one do not stay behind.
 
     Raises:
         InputError: the folder cannot be written.
@@ -42,6 +43,10 @@ def save(grasps: Grasps, summary: dict[str, Any], folder: Path) -> None:
     arrays["meta"] = np.array(json.dumps(grasps.meta, sort_keys=True))
     write_arrays(folder / GRASPS, arrays)
     write_text(folder / SUMMARY, json_text(summary))
+    if courses:
+        write_arrays(folder / COURSES, courses)
+    else:
+        (folder / COURSES).unlink(missing_ok=True)
 
 
 def load_grasps(path: str | Path) -> Grasps:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from sgnlp.energies import TERMS
 from sgnlp.energies.spring import margins
 from sgnlp.grasp import Grasp
-from sgnlp.ipopt import Iterate
+from sgnlp.ipopt import Course, Iterate
 from sgnlp.kinematics import integrate
 from sgnlp.kkt import SOLVED_FACTOR, Kkt
 from sgnlp.ops import Exact
@@ -67,6 +67,7 @@ class Solution:
     status: str
     iterations: int
     seconds: float
+    course: Course
     violations: tuple[Violation, ...]  # rows of the solver's last program that are not met, worst first
 
     @property
@@ -122,6 +123,7 @@ def solution(problem: Problem, start: Start, iterate: Iterate, units: Array) -> 
         status=iterate.status,
         iterations=iterate.iterations,
         seconds=iterate.seconds,
+        course=iterate.course,
         violations=iterate.violations,
     )
 

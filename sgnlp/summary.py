@@ -1,13 +1,15 @@
 """A plan in plain values: what `summary.json` and the meta block of `grasps.npz` hold."""
 
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sgnlp.energies import TERMS
 from sgnlp.environment import kinematics_backend, machine, surface_backend, versions
 from sgnlp.grasps import Grasps, stack
+from sgnlp.ipopt import Course
 from sgnlp.plan import Plan
 from sgnlp.solution import Solution, torque_share
 
@@ -42,6 +44,15 @@ def _plain(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def arrays(plan: Plan) -> Grasps:
     """The plan's grasps as arrays, best first, infeasible ones last."""
     return stack(plan.problem.hand, plan.solutions, meta(plan))
+
+
+def courses(plan: Plan) -> dict[str, NDArray[Any]]:
+    """How every start went: the columns of `Course` with the number of the start before them, start by start."""
+    if not plan.solutions:
+        return {}
+    ordered = sorted(plan.solutions, key=lambda s: s.start)
+    columns = {f.name: np.concatenate([getattr(s.course, f.name) for s in ordered]) for f in fields(Course)}
+    return {"start": np.concatenate([np.full(len(s.course.energy), s.start) for s in ordered])} | columns
 
 
 def summary(plan: Plan) -> dict[str, Any]:

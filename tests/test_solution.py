@@ -11,7 +11,7 @@ from sgnlp.energies import TERMS
 from sgnlp.energies.spring import margins
 from sgnlp.errors import SgnlpError
 from sgnlp.grasp import Grasp
-from sgnlp.ipopt import Iterate
+from sgnlp.ipopt import Course, Iterate
 from sgnlp.kkt import Kkt
 from sgnlp.ops import Exact
 from sgnlp.plan import Plan
@@ -147,7 +147,10 @@ def made(seed: int = 0) -> tuple[Solution, Grasp]:
     """The solution of an iterate at a random point, and the grasp there."""
     problem, nlp = posed(SMALL), oracle(SMALL, "penalty").nlp
     start, x = random_point(problem, nlp, seed)
-    iterate = Iterate(start.index, "penalty", x, np.zeros(0), 1e9, Kkt(0.1, 0.2, 0.3), "Solve_Succeeded", 7, 0.5)
+    course = Course(*[np.zeros(8)] * 5)
+    iterate = Iterate(
+        start.index, "penalty", x, np.zeros(0), 1e9, Kkt(0.1, 0.2, 0.3), "Solve_Succeeded", 7, 0.5, course
+    )
     return solution(problem, start, iterate, nlp.units), exact_grasp(problem, start, x)
 
 
