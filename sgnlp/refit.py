@@ -1,14 +1,15 @@
 """A result's problem posed again: its cloud read from its source, its surface fitted as it was."""
 
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 from sgnlp.errors import InputError
 from sgnlp.grasps import Grasps
-from sgnlp.hand import Hand
+from sgnlp.hand import Hand, load_hand
 from sgnlp.observation import Observation, ObservationSettings, load
 from sgnlp.problem import Problem, pose
+from sgnlp.results import load_grasps
 from sgnlp.settings import Settings
 
 
@@ -19,25 +20,57 @@ def settings(meta: dict[str, Any]) -> Settings:
     return Settings(**{n: known[n](**value) if isinstance(value, dict) else value for n, value in values.items()})
 
 
+def source(grasps: Grasps, file: Path | None = None) -> Path:
+    """The file that was solved, or `file` in its place; raises `InputError` if it is not there."""
+    found = file or Path(grasps.meta.get("source") or "")
+    if not found.is_file():
+        said = f"'{found}' is not there" if str(found) != "." else "the result names no file"
+        raise InputError(f"{said}; name its file with --object")
+    return found
+
+
 def observation(grasps: Grasps, file: Path | None = None) -> Observation:
     """The cloud that was solved, from its source or from `file`.
 
     Raises:
         InputError: the file is missing, or it is not the cloud that was solved.
     """
-    source = file or Path(grasps.meta.get("source") or "")
-    if not source.is_file():
-        named = f"'{source}' is not there" if str(source) != "." else "the result names no file"
-        raise InputError(f"{named}; name the file that was solved with --object")
+    path = source(grasps, file)
     options = dict(grasps.meta.get("reading") or {})
     if "settings" in options:
         options["settings"] = ObservationSettings(**options["settings"])
-    found = load(source, **options)
+    found = load(path, **options)
     if found.digest != grasps.meta.get("input_digest"):
-        raise InputError(f"'{source}' has changed, or was read with other options, since it was solved")
+        raise InputError(f"'{path}' has changed, or was read with other options, since it was solved")
     return found
 
 
 def problem(grasps: Grasps, cloud: Observation, hand: Hand) -> Problem:
     """The problem that the grasps solve: the same seed and settings fit the same surface."""
     return pose(cloud, hand, settings(grasps.meta), int(grasps.meta["seed"]))
+
+
+@dataclass(frozen=True, eq=False)
+class Reopened:
+    """A result read again; where its cloud is missing or has changed, `missing` says so in the place of the others."""
+
+    grasps: Grasps
+    hand: Hand
+    cloud: Observation | None
+    problem: Problem | None
+    missing: str = ""
+
+
+def reopen(folder: Path, file: Path | None = None, hand: str | None = None) -> Reopened:
+    """A result with its problem; `file` and `hand` are the cloud's and the hand's folder, if they are elsewhere now.
+
+    Raises:
+        InputError: there is no such result or hand.
+    """
+    grasps = load_grasps(folder)
+    found = load_hand(hand or grasps.meta["hand"], grasps.meta["settings"]["spheres"])
+    try:
+        cloud = observation(grasps, file)
+    except InputError as error:
+        return Reopened(grasps, found, None, None, str(error))
+    return Reopened(grasps, found, cloud, problem(grasps, cloud, found))

@@ -8,7 +8,7 @@ import numpy as np
 import tyro
 from rich.console import Console
 
-from sgnlp import report, results
+from sgnlp import refit, report, results
 from sgnlp.cli import codes, pictures
 from sgnlp.cli.flags import made
 from sgnlp.cli.progress import bars
@@ -46,7 +46,7 @@ class Simulate:
         _require_mujoco()
         grasps = results.load_grasps(self.folder)
         hand = load_hand(self.hand or grasps.meta["hand"], grasps.meta["settings"]["spheres"])
-        source = self._source(grasps)
+        source = refit.source(grasps, self.object)
         thing = true_body(load(source, scale=self.scale))
         ranks = self._ranks(grasps)
         outcomes = []
@@ -62,13 +62,6 @@ class Simulate:
         if self.pictures:
             self._draw(console, folder, grasps, thing, hand, outcomes[0])
         return codes.FEASIBLE if any(outcome.score == 1 for outcome in outcomes) else codes.NONE_FEASIBLE
-
-    def _source(self, grasps: Grasps) -> Path:
-        source = self.object or Path(grasps.meta.get("source") or "")
-        if not source.is_file():
-            said = f"'{source}' is not there" if str(source) != "." else "the result names no file"
-            raise InputError(f"the true object is missing: {said}; name its file with --object")
-        return source
 
     def _ranks(self, grasps: Grasps) -> range:
         count = int(grasps.feasible.sum()) if self.grasps == "all" else int(self.grasps)

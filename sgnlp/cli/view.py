@@ -10,7 +10,6 @@ from rich.console import Console
 from sgnlp import refit, results, scene_html, scene_live, scene_png
 from sgnlp.cli import codes
 from sgnlp.errors import InputError
-from sgnlp.hand import load_hand
 from sgnlp.scene3d import Scene, scene
 
 
@@ -35,7 +34,7 @@ class View:
 
     def run(self, console: Console) -> int:
         """Read, pose again, draw."""
-        shown = self._scene()
+        shown = _scene(refit.reopen(self.folder, self.object, self.hand))
         for note in shown.notes:
             console.print(note, style="dim", soft_wrap=True)
         if not 0 <= self.rank < len(shown.views):
@@ -52,11 +51,9 @@ class View:
             server.wait()
         return codes.FEASIBLE
 
-    def _scene(self) -> Scene:
-        grasps = results.load_grasps(self.folder)
-        hand = load_hand(self.hand or grasps.meta["hand"], grasps.meta["settings"]["spheres"])
-        try:
-            cloud = refit.observation(grasps, self.object)
-        except InputError as error:
-            return scene(grasps, hand, None, np.zeros((0, 3)), [f"Without cloud and surface: {error}."])
-        return scene(grasps, hand, refit.problem(grasps, cloud, hand), cloud.points)
+
+def _scene(result: refit.Reopened) -> Scene:
+    if result.cloud is None:
+        notes = [f"Without cloud and surface: {result.missing}."]
+        return scene(result.grasps, result.hand, None, np.zeros((0, 3)), notes)
+    return scene(result.grasps, result.hand, result.problem, result.cloud.points)
