@@ -4,6 +4,7 @@ It needs neither screen nor OpenGL, and the same scene gives the same picture.
 """
 
 import io
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.errors import InputError
-from sgnlp.scene3d import TABLE, Scene, Shape
+from sgnlp.scene3d import TABLE, Label, Scene, Shape
 
 Array = NDArray[np.float64]
 
@@ -19,8 +20,10 @@ AZIMUTHS, ELEVATION = (-55.0, 35.0, 125.0), 20.0
 """Three cameras side by side, all from this far above [deg]."""
 SIZE, DPI = 5.0, 130
 """Of a view [inch], and dots per inch."""
-BEHIND = {"boxstyle": "round,pad=0.2", "facecolor": "white", "edgecolor": "none", "alpha": 0.7}
-"""What a label stands on."""
+ROOM, SIDES = 0.08, np.array([-1.0, 1.0])
+"""Room around what is shown, over its size."""
+NAME_HEIGHTS = (0.96, 0.91)
+"""Of labels beside each other, over the height of a view."""
 LIGHT = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
 AMBIENT = 0.45
 DOT = 6e-4
@@ -43,21 +46,16 @@ def picture(scene: Scene, rank: int = 0, stage: int = 1) -> bytes:
     shapes = [shape for shape in placed(scene, rank, stage) if shape.layer not in scene.hidden]
     values = [shape.values for shape in shapes if shape.values is not None]
     scale = Normalize(*(np.concatenate(values).min(), np.concatenate(values).max()) if values else (0, 1))
-    middle, radius = _ball([shape.vertices for shape in shapes if shape.layer != TABLE])
     figure = Figure(figsize=(SIZE * len(AZIMUTHS), SIZE), layout="constrained")
     axes = figure.subplots(1, len(AZIMUTHS))
     for ax, azimuth in zip(axes, AZIMUTHS, strict=True):
         camera = axes_of_view(azimuth, ELEVATION)
         drawn = [_polygons(shape, camera, lambda v: colormaps["viridis"](scale(v))) for shape in shapes]
-        polygons = [polygon for part, _, _ in drawn for polygon in part]
-        depth, colours = np.concatenate([d for _, d, _ in drawn]), np.concatenate([c for _, _, c in drawn])
+        polygons, depth, colours = (np.concatenate(parts) for parts in zip(*drawn, strict=True))
         order = np.argsort(depth)
-        ax.add_collection(PolyCollection([polygons[i] for i in order], facecolors=colours[order], linewidths=0))
-        for label in scene.views[rank].labels:
-            ax.annotate(label.text, np.array(label.place) @ camera[:2].T, fontsize=7, bbox=BEHIND)
-        x, y = camera[:2] @ middle
-        ax.set(aspect="equal", xlim=(x - radius, x + radius), ylim=(y - radius, y + radius))
-        ax.set_axis_off()
+        ax.add_collection(PolyCollection(polygons[order], facecolors=colours[order], linewidths=0))
+        _fit(ax, np.concatenate([p for shape, (p, _, _) in zip(shapes, drawn, strict=True) if shape.layer != TABLE]))
+        _name(ax, scene.views[rank].labels, camera)
     view = scene.views[rank]
     figure.suptitle(f"{scene.name}, {scene.kind.lower()} {view.title}, {view.stages[stage].name}", fontsize=10)
     if values:
@@ -69,11 +67,22 @@ def picture(scene: Scene, rank: int = 0, stage: int = 1) -> bytes:
     return file.getvalue()
 
 
-def _ball(vertices: list[Array]) -> tuple[Array, float]:
-    """Middle (3,) and radius [m] of a ball around all vertices (U, 3): what every view has room for."""
-    points = np.concatenate(vertices)
-    middle = (points.min(axis=0) + points.max(axis=0)) / 2
-    return middle, float(np.linalg.norm(points - middle, axis=1).max())
+def _fit(ax: Any, polygons: Array) -> None:
+    """The square that holds polygons (F, 4, 2); what reaches beyond it, the table, is cut off."""
+    low, high = polygons.min(axis=(0, 1)), polygons.max(axis=(0, 1))
+    middle, half = (low + high) / 2, (0.5 + ROOM) * (high - low).max()
+    ax.set(xlim=middle[0] + half * SIDES, ylim=middle[1] + half * SIDES, aspect="equal")
+    ax.set_axis_off()
+
+
+def _name(ax: Any, labels: Sequence[Label], camera: Array) -> None:
+    """The labels along the upper edge, from left to right as their places are, each with a line to its place."""
+    places = np.reshape([label.place for label in labels], (-1, 3)) @ camera[:2].T  # (m, 2)
+    for column, i in enumerate(np.argsort(places[:, 0])):
+        at = ((column + 0.5) / len(labels), NAME_HEIGHTS[column % 2])
+        line = {"arrowstyle": "-", "linewidth": 0.5}
+        look = {"textcoords": "axes fraction", "ha": "center", "fontsize": 8, "arrowprops": line}
+        ax.annotate(labels[i].text, places[i], at, **look)
 
 
 def placed(scene: Scene, rank: int, stage: int) -> list[Shape]:
@@ -98,8 +107,11 @@ def axes_of_view(azimuth: float, elevation: float) -> Array:
     return np.stack([right, np.cross(towards, right), towards])
 
 
-def _polygons(shape: Shape, camera: Array, colours: Any) -> tuple[list[Array], Array, Array]:
-    """The cells as polygons on the picture's plane, their depth towards the viewer (F,), colours (F, 4)."""
+def _polygons(shape: Shape, camera: Array, colours: Any) -> tuple[Array, Array, Array]:
+    """The cells as quadrangles (F, 4, 2) on the picture's plane, their depth towards the viewer (F,), colours (F, 4).
+
+    A triangle has its last corner twice: polygons of one size are drawn in a third of the time.
+    """
     seen = shape.vertices @ camera.T  # (U, 3)
     corners = seen[shape.cells]  # (F, k, 3)
     depth = corners[:, :, 2].mean(axis=1)
@@ -111,16 +123,13 @@ def _polygons(shape: Shape, camera: Array, colours: Any) -> tuple[list[Array], A
         normal = np.cross(*np.moveaxis(shape.vertices[shape.cells][:, 1:] - shape.vertices[shape.cells][:, :1], 1, 0))
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
         rgba[:, :3] *= AMBIENT + (1 - AMBIENT) * np.abs(normal @ LIGHT)[:, None]
-        return list(plane), depth, rgba
+        return plane[:, [0, 1, 2, 2]], depth, rgba
     half = DOT * shape.width / (2 if plane.shape[1] == 1 else 4)
     if plane.shape[1] == 1:
         square = half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-        return list(plane + square), depth, rgba
+        return plane + square, depth, rgba
     along = plane[:, 1] - plane[:, 0]
     side = np.stack([-along[:, 1], along[:, 0]], axis=1)
     side *= half / np.maximum(np.linalg.norm(side, axis=1, keepdims=True), np.finfo(float).tiny)
-    return (
-        list(np.stack([plane[:, 0] - side, plane[:, 1] - side, plane[:, 1] + side, plane[:, 0] + side], 1)),
-        depth,
-        rgba,
-    )
+    outline = [plane[:, 0] - side, plane[:, 1] - side, plane[:, 1] + side, plane[:, 0] + side]
+    return np.stack(outline, axis=1), depth, rgba
