@@ -7,7 +7,7 @@ import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import cycle
-from typing import Any
+from typing import Any, Literal
 
 from sgnlp.errors import InputError
 
@@ -48,11 +48,12 @@ class Series:
     y: Sequence[float]
     low: Sequence[float] = ()
     high: Sequence[float] = ()
+    look: Literal["both", "line", "points"] = "both"
 
 
 @dataclass(frozen=True)
 class Panel:
-    """One pair of axes: lines, points that are not joined, or a group of bars for each x.
+    """One pair of axes: lines and points, or a group of bars for each x.
 
     `diagonal` adds the line y = x, and `marks` are places on the x axis that get a vertical line.
     """
@@ -62,8 +63,6 @@ class Panel:
     y_label: str
     series: tuple[Series, ...]
     bars: bool = False
-    markers: bool = True
-    joined: bool = True
     diagonal: bool = False
     log: bool = False
     marks: tuple[float, ...] = ()
@@ -148,9 +147,9 @@ def _lines(ax: Any, panel: Panel) -> None:
         ends = [f(value for series in panel.series for value in series.x) for f in (min, max)]
         ax.plot(ends, ends, color="0.85", linewidth=3, zorder=0)
     for i, (series, (grey, line, marker)) in enumerate(zip(panel.series, cycle(STYLES), strict=False)):
-        every = max(1, len(series.x) // MARKERS) if panel.joined else 1
-        style = {"color": grey, "linestyle": line if panel.joined else "", "linewidth": 1.2}
-        if panel.markers:
+        every = max(1, len(series.x) // MARKERS) if series.look == "both" else 1
+        style = {"color": grey, "linestyle": "" if series.look == "points" else line, "linewidth": 1.2}
+        if series.look != "line":
             style |= {"marker": marker, "markersize": 3.5, "markevery": (i % every, every)}
         ax.plot(series.x, series.y, label=series.label, **style)
         if series.low:

@@ -144,8 +144,8 @@ def tables(rows: Sequence[Row]) -> Tables:
 def panels(rows: Sequence[Row]) -> list[Panel]:
     """Simulated over planned rise, a point for each object."""
     shown = {c.name: closed(rows, c.name) for c in CONDITIONS}
-    series = tuple(Series(n, [r.planned_rise for r in group], [r.rise for r in group]) for n, group in shown.items())
-    return [Panel("Rise while grasping", "planned [mm]", "simulated [mm]", series, joined=False, diagonal=True)]
+    series = (Series(n, [r.planned_rise for r in g], [r.rise for r in g], look="points") for n, g in shown.items())
+    return [Panel("Rise while grasping", "planned [mm]", "simulated [mm]", tuple(series), diagonal=True)]
 
 
 STUDY = Study(

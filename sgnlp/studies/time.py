@@ -115,12 +115,8 @@ def panels(rows: Sequence[Row]) -> list[Panel]:
     """Median seconds with quartiles beside the paper's, for each condition and number of starts."""
     found = {key: medians(group, lambda row: row.seconds) for key, group in groups(rows).items()}
     names = [f"{condition} ({count})" for condition, count in found]
-    ours = Series(
-        "here",
-        names,
-        [median(values) for values in found.values()],
-        *([quantile(values, level) for values in found.values()] for level in QUARTILES),
-    )
+    low, high = ([quantile(values, level) for values in found.values()] for level in QUARTILES)
+    ours = Series("here", names, [median(values) for values in found.values()], low, high)
     paper = Series("paper, i7-13700K", names, [PAPER.get(key, float("nan")) for key in found])
     return [Panel("One process", "", "time of a plan [s]", (ours, paper), bars=True)]
 

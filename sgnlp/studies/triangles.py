@@ -206,9 +206,10 @@ def panels(rows: Sequence[Row]) -> list[Panel]:
             limits = np.linspace(0, 8, 161).tolist()
             found = zip(*(counts(own, "Jᵀf", limit) for limit in limits), strict=True)
             shares = [[100 * count / len(own) for count in column] for column in found]
-            series = tuple(map(Series, ("compliant", "direct"), (limits, limits), shares))
+            named = zip(("compliant", "direct"), shares, strict=True)
+            series = tuple(Series(name, limits, share, look="line") for name, share in named)
             title = f"triangle {key[0]}, configuration {key[1]}"
-            shown.append(Panel(title, "limit of the joint torques [N m]", "poses [%]", series, markers=False))
+            shown.append(Panel(title, "limit of the joint torques [N m]", "poses [%]", series))
     return shown
 
 
