@@ -27,6 +27,7 @@ COMMANDS = (
     "batch",
     "simulate",
     "view",
+    "report",
     "cloud",
     "observe",
     "hands",

@@ -2,6 +2,7 @@
 
 import sys
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 
 import tyro
@@ -14,7 +15,7 @@ from sgnlp.cli.progress import starts_bar
 from sgnlp.hand import load_hand
 from sgnlp.observation import load
 from sgnlp.plan import Plan, solve
-from sgnlp.summary import arrays, summary
+from sgnlp.summary import arrays, courses, summary
 
 
 @dataclass(kw_only=True)
@@ -25,6 +26,8 @@ class Solve(Observing):
     """the cloud: z up, metres; an npz holds `points` (N, 3) or one `points_<camera>` array a camera"""
     out: Path | None = None
     """folder of the result; results/NAME if not given"""
+    report: bool = False
+    """write report.html and report.md too, as `sgnlp report` does"""
     json: bool = False
     """print the summary as JSON and nothing else"""
     quiet: bool = False
@@ -42,6 +45,9 @@ class Solve(Observing):
         hand = load_hand(self.hand, self.settings.spheres)
         folder = self.out or Path("results") / observation.name
         results.writable(folder)
+        reporting = import_module("sgnlp.cli.report") if self.report else None  # a second of imports
+        if reporting:
+            reporting.drawable()
         show = not (self.json or self.quiet)
         with starts_bar(console, self.starts, show) as advance:
             plan = solve(
@@ -55,15 +61,16 @@ class Solve(Observing):
                 progress=advance,
             )
         outcome = summary(plan)
-        results.save(arrays(plan), outcome, folder)
+        results.save(arrays(plan), outcome, folder, courses(plan))
+        pages = reporting.write(folder, hand=self.hand) if reporting and plan.solutions else []
         if self.json:
             sys.stdout.write(results.json_text(outcome))
         if show:
-            _show(console, plan, folder, self.hand)
+            _show(console, plan, [folder / results.GRASPS, folder / results.SUMMARY, *pages], self.hand)
         return codes.FEASIBLE if plan.best else codes.NONE_FEASIBLE
 
 
-def _show(console: Console, plan: Plan, folder: Path, hand: str) -> None:
+def _show(console: Console, plan: Plan, files: list[Path], hand: str) -> None:
     for note in plan.observation.notes:
         console.print(note, style="dim")
     for table in report.tables(plan):
@@ -71,4 +78,4 @@ def _show(console: Console, plan: Plan, folder: Path, hand: str) -> None:
         console.print()
     compiling.offer(console, plan.problem.hand, hand, plan.problem.settings)
     console.print(report.headline(plan))
-    console.print(f"written: {folder / results.GRASPS}, {folder / results.SUMMARY}", soft_wrap=True)
+    console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)

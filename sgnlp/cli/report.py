@@ -1,0 +1,93 @@
+"""`sgnlp report`: what a result is, on a page to be read."""
+
+import json
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tyro
+from rich.console import Console
+
+from sgnlp import dossier, refit, results
+from sgnlp.cli import again, codes
+from sgnlp.cli.pictures import PHASES
+from sgnlp.cli.simulate import SIMULATION
+from sgnlp.dossier.content import Section
+from sgnlp.dossier.simulated import simulated
+from sgnlp.errors import InputError
+
+HTML, MARKDOWN = "report.html", "report.md"
+
+
+@dataclass
+class Report:
+    """Write report.html and report.md into a result: pictures, tables, figures, cautions. Needs the extra `view`."""
+
+    folder: tyro.conf.Positional[Path]
+    """a result of `sgnlp solve`"""
+    object: Path | None = None
+    """the file that was solved, if it is elsewhere now"""
+    hand: str | None = None
+    """folder of the hand, if it is none of `sgnlp hands`"""
+
+    def run(self, console: Console) -> int:
+        """Read, pose again, write."""
+        files = write(self.folder, self.object, self.hand)
+        console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)
+        return codes.FEASIBLE
+
+
+def drawable() -> None:
+    """Raise `InputError` unless what draws a report is installed: before any work."""
+    if None in map(find_spec, ("matplotlib", "skimage")):
+        raise InputError("a report needs Matplotlib and scikit-image: pip install 'sgnlp[view]'")
+
+
+def write(folder: Path, file: Path | None = None, hand: str | None = None) -> list[Path]:
+    """Write both reports of a result beside it, and return where they are.
+
+    Raises:
+        InputError: there is no result, it has no grasps, or what draws is not installed.
+    """
+    drawable()
+    result = refit.reopen(folder, file, hand)
+    folder = folder if folder.is_dir() else folder.parent
+    summary = _summary(folder / results.SUMMARY)
+    command = again.command(result.grasps.meta, folder)
+    report = dossier.dossier(result, summary, _courses(folder / results.COURSES), command, _simulated(folder))
+    text, pictures = dossier.markdown(report)
+    for name, content in pictures.items():
+        results.write_bytes(folder / name, content)
+    results.write_text(folder / MARKDOWN, text)
+    results.write_text(folder / HTML, dossier.html(report))
+    return [folder / HTML, folder / MARKDOWN]
+
+
+def _summary(file: Path) -> dict[str, Any]:
+    try:
+        summary = json.loads(file.read_text())
+        return {name: summary[name] for name in (*summary, "starts_table", "best", "notes")}
+    except (OSError, ValueError, KeyError, TypeError):
+        raise InputError(f"'{file}' is missing, or not the summary of a result") from None
+
+
+def _courses(file: Path) -> dict[str, Any]:
+    """How the starts went; results of older versions do not say."""
+    if not file.is_file():
+        return {}
+    with file.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
+        return dict(data)
+
+
+def _simulated(folder: Path) -> Section | None:
+    """What a simulation of these very grasps gave, if there was one since they were planned."""
+    file = folder / SIMULATION
+    if not file.is_file() or file.stat().st_mtime < (folder / results.GRASPS).stat().st_mtime:
+        return None
+    pictures = {f"simulation-{phase}": folder / f"simulation-{phase}.png" for phase in PHASES}
+    fresh = {
+        n: f.read_bytes() for n, f in pictures.items() if f.is_file() and f.stat().st_mtime >= file.stat().st_mtime
+    }
+    return simulated(json.loads(file.read_text()), fresh)
