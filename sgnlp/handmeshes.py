@@ -1,5 +1,6 @@
 """The meshes that a hand's URDF shows, and where they are."""
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -12,10 +13,11 @@ from sgnlp.meshes import Mesh, box, cylinder, unit_sphere
 
 Array = NDArray[np.float64]
 
-BALL_POINTS, SIDES = 200, 32
+BALL_POINTS, SIDES = 100, 24
 """Vertices of a sphere and sides of a cylinder that a URDF has in the place of a mesh."""
 
 
+@functools.lru_cache(maxsize=4)
 def _geometry(hand: Hand) -> pin.GeometryModel:
     """What the URDF shows; `package://NAME/` is any folder above the URDF."""
     folders = [str(folder) for folder in hand.urdf.parents]

@@ -68,11 +68,10 @@ def joint_model(urdf: Path, root: str) -> pin.Model:
         InputError: it is no URDF, its root link is another, or a joint is not revolute or prismatic with finite limits.
     """
     try:
-        tree = ElementTree.parse(urdf)
-        coupled = {j.get("name", ""): j for j in tree.iter("joint") if j.find("mimic") is not None}
+        coupled = _coupled(ElementTree.parse(urdf))
         model = pin.buildModelFromUrdf(str(urdf), mimic=True) if coupled else pin.buildModelFromUrdf(str(urdf))
     except (ElementTree.ParseError, ValueError, RuntimeError) as error:
-        raise InputError(f"{urdf.name} is not a URDF: {' '.join(str(error).split())}") from None
+        raise InputError(f"{urdf.name} is no URDF that can be read: {' '.join(str(error).split())}") from None
     base = model.frames[1].name  # the frame after 'universe' is the URDF's root link
     if root != base:
         raise InputError(f"the root must be the URDF's root link '{base}', not '{root}'")
@@ -83,6 +82,17 @@ def joint_model(urdf: Path, root: str) -> pin.Model:
     for mimic in mimics(model):
         _narrow(model, mimic, coupled[mimic.name].find("limit"))
     return model
+
+
+def _coupled(tree: Any) -> dict[str, ElementTree.Element]:
+    """The joints of a URDF that mimic another, by name."""
+    followed = {
+        j.get("name", ""): mimic.get("joint") for j in tree.iter("joint") if (mimic := j.find("mimic")) is not None
+    }
+    for name, other in followed.items():
+        if other in followed:
+            raise InputError(f"joint '{name}' mimics '{other}', which mimics '{followed[other]}'; let both mimic that")
+    return {j.get("name", ""): j for j in tree.iter("joint") if j.get("name") in followed}
 
 
 def own_joints(model: pin.Model) -> tuple[str, ...]:

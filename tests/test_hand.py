@@ -1,19 +1,18 @@
 """The hand descriptions: their geometry against the meshes, their poses, and what is refused."""
 
 import pickle
-import shutil
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from hands import BENT, MULTIPLIER, OFFSET, THREE, changed, coupled
 
 from sgnlp.errors import InputError
 from sgnlp.hand import Hand, available_hands, load_hand
 from sgnlp.kinematics import frames
 
-THREE = Path(__file__).parent / "golden" / "three_fingers"
 ORIGIN = np.array([0, 0, 0, 0, 0, 0, 1.0])
 MIRROR = np.diag([1.0, -1.0, 1.0])
 MM = 1e-3
@@ -207,11 +206,47 @@ def test_a_folder_with_other_names_and_three_fingers_is_a_hand():
     assert "three_fingers" not in available_hands()
 
 
+def test_a_mimic_joint_has_no_coordinate_and_narrows_the_limits_of_the_one_it_follows(tmp_path: Path):
+    hand = load_hand(coupled(tmp_path))
+    assert "b_curl" not in hand.joint_names
+    assert hand.moving_joints == (*hand.joint_names, "b_curl")
+    (mimic,) = hand.mimics
+    assert (hand.joint_names[mimic.joint], mimic.multiplier, mimic.offset) == ("a_bend", MULTIPLIER, OFFSET)
+    assert [hand.joint_names[j] for j in hand.fingers[1].joints] == ["b_slide", "b_bend", "a_bend"]
+    highest = (-0.5 - OFFSET) / MULTIPLIER  # where b_curl is at its lower limit; a_bend itself goes to 1.5
+    assert hand.upper[mimic.joint] == pytest.approx(highest)
+    assert hand.lower[mimic.joint] == -0.5
+    assert hand.moving_angles(hand.upper)[-1] == pytest.approx(-0.5)
+
+
+def test_a_mimic_of_a_mimic_is_refused(tmp_path: Path):
+    coupled(tmp_path)
+    axis = '<axis xyz="0 0 -1"/>'
+    folder = changed(tmp_path, "hand.urdf", (axis, f'{axis}<mimic joint="b_curl"/>'))
+    assert "'c_bend' mimics 'b_curl', which mimics 'a_bend'; let both mimic that" in refusal(folder)
+
+
+def test_the_five_fingered_hand_has_fifteen_joints_and_five_that_follow():
+    hand = load_hand("dlr_hit_right")
+    assert [finger.name for finger in hand.fingers] == ["index", "middle", "ring", "little", "thumb"]
+    assert (len(hand.joint_names), len(hand.mimics)) == (15, 5)
+    for finger, mimic in zip(sorted(hand.fingers, key=lambda f: f.name), hand.mimics, strict=True):
+        assert [hand.joint_names[j] for j in finger.joints] == [
+            f"{finger.name}_{j}" for j in ("spread", "flex", "bend")
+        ]
+        assert (mimic.name, hand.joint_names[mimic.joint]) == (f"{finger.name}_bend_distal", f"{finger.name}_bend")
+    straight = np.zeros(15)
+    tips = frames(hand, ORIGIN, straight)[0]
+    base = placements(hand, straight)["middle_base"].translation
+    assert np.linalg.norm(tips[1] - base) == pytest.approx(0.055 + 0.025 + 0.016)  # phalanges to the pad's centre
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
         ("root: base", "root: a_tip", "root must be the URDF's root link 'base', not 'a_tip'"),
         ("effort: 1.0", "effort: strong", "effort must be 9 finite numbers, not strong"),
+        ("effort: 1.0", "effort: 0", "effort of joint 'a_slide' must be positive, not 0"),
         ("effort: 1.0", "efort: 1.0", "unknown key in the file 'efort'; valid: effort, fingers"),
         ("effort: 1.0\n", "", "the key 'effort' is missing"),
         ("tip: a_tip", "tip: a_nail", "tip of finger 'a' 'a_nail'; valid: a_link, a_slide, a_tip, b_link"),
@@ -224,6 +259,7 @@ def test_a_folder_with_other_names_and_three_fingers_is_a_hand():
         ("{a_slide: 0, ", "{a_slid: 0, ", "unknown key in reference 'a_slid'; valid: a_bend, a_curl, a_slide"),
         ("{a_slide: 0, ", "{", "reference: the key 'a_slide' is missing"),
         ("a_bend: 0.2", "a_bend: 2", "reference angle 2 of 'a_bend' is outside [-0.5, 1.5]"),
+        ("lower: 20", "lower: 0", "gains lower must be positive, not 0"),
         ("initial: 100", "initial: 10", "gain 10 of 'a' is outside [20, 300]"),
         ("link: base,", "link: bass,", "link of sphere 'palm' 'bass'; valid: a_link"),
         ("pads: {a: a_pad", "pads: {a: a_pat", "sphere of the pad of finger 'a' 'a_pat'; valid: a_bone, a_pad"),
@@ -232,13 +268,19 @@ def test_a_folder_with_other_names_and_three_fingers_is_a_hand():
         ("[a_bone, c_pad]", "[a_bone]", "a pair must be two different spheres"),
         ("[a_bone, c_pad]", "a_bone", "a pair must be a list"),
         ("fingers:\n", "fingers: {}\n#", "is not YAML"),
+        ("name: three_fingers", "name: 2001-99-99", "is not YAML"),
+        (
+            "    - {position: [0, 0, 0.1], euler_deg: [180, 0, 30]}",
+            "    []",
+            "wrist starts must be a list of one at least",
+        ),
         ("urdf: hand.urdf", "urdf: foot.urdf", "the URDF foot.urdf is not there"),
-        ("urdf: hand.urdf", "urdf: hand.yaml", "hand.yaml is not a URDF"),
+        ("urdf: hand.urdf", "urdf: hand.yaml", "hand.yaml is no URDF that can be read"),
         ("urdf: hand.urdf", "urdf: {package: nothing-here, path: a.urdf}", "is its package installed?"),
     ],
 )
 def test_a_wrong_file_is_refused_in_one_line(tmp_path: Path, old: str, new: str, message: str):
-    assert message in refusal(_copy(tmp_path, "hand.yaml", old, new))
+    assert message in refusal(changed(tmp_path, "hand.yaml", (old, new)))
 
 
 @pytest.mark.parametrize(
@@ -250,11 +292,17 @@ def test_a_wrong_file_is_refused_in_one_line(tmp_path: Path, old: str, new: str,
             "'a_slide' has the limits [0.02, 0.02]",
         ),
         ('name="a_bend" type="revolute"', 'name="a_bend" type="continuous"', "joint 'a_bend' is JointModelRUBY"),
-        ('<axis xyz="0 -1 0"/>', '<axis xyz="0 -1 0"/><mimic joint="a_bend"/>', "mimic joints (a_curl)"),
+        (BENT, f'{BENT}<mimic joint="a_bend" multiplier="0"/>', "'b_curl' mimics with the multiplier 0"),
+        (
+            BENT,
+            f'{BENT}<mimic joint="a_bend" offset="9"/>',
+            "the limits of 'b_curl' leave nothing of those of 'a_bend'",
+        ),
+        (BENT, f'{BENT}<mimic joint="nobody"/>', "hand.urdf is no URDF that can be read: The parent joint"),
     ],
 )
 def test_a_urdf_that_cannot_be_planned_with_is_refused(tmp_path: Path, old: str, new: str, message: str):
-    assert message in refusal(_copy(tmp_path, "hand.urdf", old, new))
+    assert message in refusal(changed(tmp_path, "hand.urdf", (old, new)))
 
 
 def test_unknown_hands_and_presets_list_the_valid_ones(tmp_path: Path):
@@ -264,15 +312,6 @@ def test_unknown_hands_and_presets_list_the_valid_ones(tmp_path: Path):
         load_hand(tmp_path)
     with pytest.raises(InputError, match=r"unknown preset of spheres 'none'; valid: cover, paper"):
         load_hand("allegro_left", "none")
-
-
-def _copy(target: Path, name: str, old: str, new: str) -> Path:
-    """A copy of the made-up hand in which the first `old` of one file is replaced."""
-    folder = Path(shutil.copytree(THREE, target / "hand"))
-    text = (folder / name).read_text()
-    assert old in text
-    (folder / name).write_text(text.replace(old, new, 1))
-    return folder
 
 
 def refusal(folder: Path) -> str:

@@ -11,6 +11,7 @@ pytest.importorskip("mujoco")
 
 import mujoco
 from grips import GAINS, box, cylinder, faces, grip, ring, sphere
+from hands import coupled
 
 from sgnlp.equilibrium import GRAVITY
 from sgnlp.errors import InputError
@@ -224,7 +225,7 @@ def test_a_command_of_another_hand_is_refused():
         simulate(replace(GRIPS["box"], joints=np.zeros(9)), BODIES["box"], HAND_LEFT, FAST)
 
 
-@pytest.mark.parametrize("name", ["allegro_right", "tests/golden/three_fingers"])
+@pytest.mark.parametrize("name", ["allegro_right", "dlr_hit_right", "tests/golden/three_fingers"])
 def test_any_hand_can_be_simulated(name, request):
     hand = load_hand(request.config.rootpath / name if "/" in name else name)
     tips, _ = frames(hand, np.array([0, 0, 0.4, 0, 0, 0, 1.0]), hand.reference)
@@ -239,3 +240,18 @@ def test_any_hand_can_be_simulated(name, request):
     outcome = simulate(command, body(BODIES["box"].vertices, BODIES["box"].faces), hand, FAST)
     assert outcome.ending == "not lifted"
     np.testing.assert_allclose(outcome.trace.tips[0], tips, atol=1e-9)
+
+
+def test_mimic_joints_follow_in_the_simulation_too(tmp_path):
+    hand = load_hand(coupled(tmp_path))
+    wrist = np.array([0, 0, 0.4, 0, 0, 0, 1.0])
+    bent = np.clip(hand.reference + 0.2, hand.lower, hand.upper)
+    tips, pulled = (frames(hand, wrist, joints)[0] for joints in (hand.reference, bent))
+    command = replace(GRIPS["box"], wrist=wrist, joints=hand.reference, targets=pulled, gains=np.full(3, 200.0))
+    run = Experiment(replace(command, forces_eq=None), BODIES["box"], hand, FAST)
+    np.testing.assert_allclose(run.data.site_xpos[run.world.tips], tips, atol=1e-9)
+    *_, _ = run.close()
+    angles = run.data.qpos[run.world.hand_joints]
+    follow = hand.moving_joints.index("b_curl")
+    assert abs(angles[follow] - hand.moving_angles(hand.reference)[follow]) > 0.01
+    np.testing.assert_allclose(angles, hand.moving_angles(angles[: len(hand.joint_names)]), atol=1e-3)
