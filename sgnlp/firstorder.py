@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.compiled import program
-from sgnlp.nlp import UNITS, Nlp, variable_kinds
-from sgnlp.oracle import join
+from sgnlp.hand import Hand
+from sgnlp.nlp import UNITS, variable_kinds
+from sgnlp.oracle import Functions, join
 from sgnlp.problem import Problem
 from sgnlp.starts import Start, initial
 
@@ -31,6 +32,7 @@ ROW_SLACK = 1e-6
 EPSILON = 1e-8
 """Guard of the division by the root of the second moment."""
 
+Bounds = tuple[Array, Array]
 Step = Callable[[int, Array, Array], Array]
 
 
@@ -38,12 +40,14 @@ Step = Callable[[int, Array, Array], Array]
 class Descent:
     """Lowest smoothed energy on the way (in the solver's unit), where, and the energy at every step.
 
-    `admissible` is the lowest among the points that meet the formulation's rows, infinite if none does.
+    `admissible` is the lowest among the points that meet the formulation's rows, at `x_admissible`; infinite if none
+    does.
     """
 
     best: float
     admissible: float
     x: Array
+    x_admissible: Array
     energies: Array  # (steps + 1,)
 
 
@@ -74,9 +78,9 @@ def rmsprop(rates: Array) -> Step:
 OPTIMISERS: dict[str, Callable[[Array], Step]] = {"adamw": adamw, "rmsprop": rmsprop}
 
 
-def learning_rates(nlp: Nlp) -> Array:
+def learning_rates(hand: Hand) -> Array:
     """The release's rates in the units of the scaled variables (nx,)."""
-    return np.array([RATES[kind] / UNITS[kind] for kind in variable_kinds(nlp.hand)])
+    return np.array([RATES[kind] / UNITS[kind] for kind in variable_kinds(hand)])
 
 
 def descend(problem: Problem, start: Start, optimiser: str, steps: int) -> Descent:
@@ -84,19 +88,25 @@ def descend(problem: Problem, start: Start, optimiser: str, steps: int) -> Desce
     nlp = program(problem.hand, problem.structure("penalty"), problem.settings.solver.compiled)
     oracle = join(nlp, problem.gpis, problem.settings.solver.compiled)
     p = problem.parameters(nlp, start.wrist, start.joints)
-    low, high = problem.variable_bounds(nlp, start.joints)
-    g_low, g_high = problem.row_bounds(nlp)
-    step = OPTIMISERS[optimiser](learning_rates(nlp))
-    x = np.clip(initial(nlp, start), low, high)
-    energies, best, admissible, best_x = np.empty(steps + 1), np.inf, np.inf, x
+    x_bounds, g_bounds = problem.variable_bounds(nlp, start.joints), problem.row_bounds(nlp)
+    step = OPTIMISERS[optimiser](learning_rates(problem.hand))
+    return descent(oracle, step, steps, np.clip(initial(nlp, start), *x_bounds), p, x_bounds, g_bounds)
+
+
+def descent(
+    functions: Functions, step: Step, steps: int, x: Array, p: Array, x_bounds: Bounds, g_bounds: Bounds
+) -> Descent:
+    """Take steps from x (nx), each projected onto the bounds of x."""
+    (low, high), (g_low, g_high) = x_bounds, g_bounds
+    energies, best, admissible, best_x, admissible_x = np.empty(steps + 1), np.inf, np.inf, x, x
     for i in range(steps + 1):
-        f, gradient = oracle.gradient(x, p)
+        f, gradient = functions.gradient(x, p)
         energies[i] = float(f)
         if energies[i] < best:
             best, best_x = energies[i], x
         if energies[i] < admissible:
-            g = np.array(oracle.rows(x, p)).ravel()
-            inside = (g >= g_low - ROW_SLACK).all() and (g <= g_high + ROW_SLACK).all()
-            admissible = energies[i] if inside else admissible
+            g = np.array(functions.rows(x, p)).ravel()
+            if (g >= g_low - ROW_SLACK).all() and (g <= g_high + ROW_SLACK).all():
+                admissible, admissible_x = energies[i], x
         x = np.clip(step(i + 1, x, np.array(gradient).ravel()), low, high)
-    return Descent(best, admissible, best_x, energies)
+    return Descent(best, admissible, best_x, admissible_x, energies)

@@ -13,7 +13,7 @@ from sgnlp.compiled import program
 from sgnlp.elastic import stretched
 from sgnlp.kkt import SOLVED_FACTOR, Kkt, residuals
 from sgnlp.nlp import ENERGY_UNIT
-from sgnlp.oracle import Oracle, join
+from sgnlp.oracle import Functions, Oracle, join
 from sgnlp.problem import Problem
 from sgnlp.settings import Solver
 from sgnlp.starts import Start, initial
@@ -81,7 +81,7 @@ def schedule(solver: Solver) -> list[tuple[str, int]]:
     return [(solver.formulation, solver.max_iterations)]
 
 
-def nlp_solver(oracle: Oracle, solver: Solver, iterations: int, **more: Any) -> ca.Function:
+def nlp_solver(oracle: Functions, solver: Solver, iterations: int, **more: Any) -> ca.Function:
     """CasADi's Ipopt over the oracle's own derivatives; more options take precedence."""
     x, p = ca.MX.sym("x", oracle.objective.size1_in(0)), ca.MX.sym("p", oracle.objective.size1_in(1))
     problem = {"x": x, "p": p, "f": oracle.objective(x, p), "g": oracle.rows(x, p)}

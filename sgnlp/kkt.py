@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.oracle import Oracle
+from sgnlp.oracle import Functions
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ class Kkt:
 
 
 def residuals(
-    oracle: Oracle,
+    oracle: Functions,
     x: Array,
     p: Array,
     multipliers: tuple[Array, Array],

@@ -113,19 +113,25 @@ class SurfaceJets(ca.Callback):
 
 
 @dataclass(frozen=True)
-class Oracle:
-    """f, ∇f, g, J and H of a nonlinear program over a surface, functions of (x, p) and, for H, (λ_f, λ_g).
+class Functions:
+    """f, ∇f, g, J and H of a nonlinear program, functions of (x, p) and, for H, (λ_f, λ_g).
 
     `gradient` returns (f, ∇f), `jacobian` (g, J), `hessian` the upper triangle.
     """
 
-    nlp: Nlp
-    surface: Surface
     objective: ca.Function
     gradient: ca.Function
     rows: ca.Function
     jacobian: ca.Function
     hessian: ca.Function
+
+
+@dataclass(frozen=True)
+class Oracle(Functions):
+    """The functions of a nonlinear program over a surface."""
+
+    nlp: Nlp
+    surface: Surface
     terms: ca.Function
     callbacks: tuple[ca.Callback, ...]
     """CasADi holds no reference to them."""

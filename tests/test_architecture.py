@@ -17,7 +17,7 @@ STAGES = (
     "equilibrium grasp ops energies constraints names",
     "structure chain jets native parameters symbolic nlp codegen elastic compiled oracle kkt",
     "problem starts violations ipopt recompute approach solution pool plan",
-    "firstorder",
+    "firstorder solvers",
     "environment grasps simulation results summary workers batch report plots",
     "refit handmeshes handgeometry handcheck scene3d scene_hand scene_html scene_png scene_live dossier",
     "benchmarks studies",

@@ -79,7 +79,7 @@ def test_a_quadratic_is_descended_to_within_a_step_of_its_minimum(optimiser):
 def test_the_rates_are_those_of_the_release_in_scaled_units():
     nlp = oracle(SMALL, "penalty").nlp
     n, m = len(hand().joint_names), len(hand().fingers)
-    physical = learning_rates(nlp) * nlp.units
+    physical = learning_rates(nlp.hand) * nlp.units
     blocks = np.split(physical, np.cumsum([3, 3, n, 3 * m]))
     assert [len(block) for block in blocks] == [3, 3, n, 3 * m, m]
     for name, block in zip(("linear", "angular", "joint", "target", "gain"), blocks, strict=True):

@@ -33,6 +33,7 @@ COMMANDS = (
     "hands",
     "check-hand",
     "study",
+    "solvers",
     "benchmark",
     "cache",
     "doctor",

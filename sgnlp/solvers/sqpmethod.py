@@ -1,0 +1,53 @@
+"""CasADi's SQP with a line search, on each QP solver of the wheel."""
+
+from collections.abc import Callable
+from typing import Any
+
+from sgnlp.solvers.anatomy import Method, Task
+from sgnlp.solvers.plugins import Options, plugin
+
+SILENT: Options = {"print_header": False, "print_iteration": False, "print_status": False}
+QP: dict[str, Options] = {
+    "qrqp": {"print_iter": False, "print_header": False},
+    "proxqp": {},
+    "osqp": {"osqp.verbose": False},
+    "piqp": {},
+    "daqp": {},
+    "qpoases": {"printLevel": "none"},
+}
+"""The QP solvers with what makes each of them quiet."""
+
+
+def options(qp: str, more: Options) -> Callable[[Task], Options]:
+    """The options for a task; without a convex Hessian none of the QP solvers gives a descent."""
+
+    def of(task: Task) -> dict[str, Any]:
+        qpsol = {"qpsol": qp, "qpsol_options": QP[qp] | {"error_on_fail": False}}
+        stop = {"tol_du": task.tolerance, "tol_pr": task.tolerance, "max_iter": task.iterations}
+        return SILENT | qpsol | stop | more
+
+    return of
+
+
+CONVEX: Options = {"convexify_strategy": "regularize"}
+LIMITED: Options = {"hessian_approximation": "limited-memory"}
+
+METHODS = (
+    *(
+        Method(
+            name=f"sqp-{qp}",
+            kind="SQP",
+            derivatives=2,
+            summary=f"CasADi's sqpmethod, regularised exact Hessian, {qp}",
+            prepare=plugin("sqpmethod", options(qp, CONVEX)),
+        )
+        for qp in QP
+    ),
+    Method(
+        name="sqp-limited",
+        kind="SQP",
+        derivatives=1,
+        summary="CasADi's sqpmethod, limited-memory BFGS, qrqp",
+        prepare=plugin("sqpmethod", options("qrqp", LIMITED)),
+    ),
+)
