@@ -65,6 +65,7 @@ class Panel:
     bars: bool = False
     diagonal: bool = False
     log: bool = False
+    log_x: bool = False
     marks: tuple[float, ...] = ()
     y_range: tuple[float, float] | None = None
 
@@ -137,6 +138,8 @@ def _fill(ax: Any, panel: Panel) -> None:
         (ax.set_xlim if panel.lying else ax.set_ylim)(*panel.y_range)
     if panel.log:
         ax.set_yscale("log")
+    if panel.log_x:
+        ax.set_xscale("log")
     for mark in panel.marks:
         ax.axvline(mark, color="0.0", linewidth=0.8, linestyle=(0, (2, 2)), zorder=0)
     ax.spines[["top", "right"]].set_visible(False)

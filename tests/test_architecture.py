@@ -20,7 +20,7 @@ STAGES = (
     "firstorder solvers",
     "environment grasps simulation results summary workers batch report plots",
     "refit handmeshes handgeometry handcheck scene3d scene_hand scene_html scene_png scene_live dossier",
-    "benchmarks studies",
+    "benchmarks studies compare",
     "cli __main__",
 )
 LAYERS = " ".join(STAGES).split(" ")

@@ -33,6 +33,7 @@ COMMANDS = (
     "hands",
     "check-hand",
     "study",
+    "compare",
     "solvers",
     "benchmark",
     "cache",

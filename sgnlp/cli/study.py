@@ -90,7 +90,7 @@ class Study(Tabling, Starting):
         self, console: Console, study: studies.Study, cases: list[Case], folder: Path
     ) -> tuple[list[Any], dict[str, str]]:
         with closing(Workers(1 if study.alone else self.jobs)) as workers, bars(console) as bar:
-            return collect(study, cases, folder / ROWS, workers, bar(self.name, len(cases)).move)
+            return collect(study.row, cases, folder / ROWS, workers, bar(self.name, len(cases)).move)
 
 
 def _show(console: Console, study: studies.Study, rows: list[Any], folder: Path) -> None:

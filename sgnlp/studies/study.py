@@ -4,6 +4,8 @@ A study is a file beside this one, ending in its `Study`, and a line in `sgnlp.s
 cases run in processes, each case's rows are kept as it ends, and those that are kept are not run again.
 """
 
+import math
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, astuple, dataclass
 from functools import partial
@@ -22,6 +24,8 @@ Lines = list[dict[str, str]]
 """The lines of a table, all of the same keys."""
 Tables = dict[str, Lines]
 """Tables by their titles."""
+REST = 2.0
+"""Rows are written every so many seconds at most, and at the end however it comes: thousands of cases end faster."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +118,7 @@ def over_views(
 
 
 def collect(
-    study: Study, cases: Sequence[Case], file: Path, workers: Workers, progress: Callable[[int, int], None]
+    kind: type[Any], cases: Sequence[Case], file: Path, workers: Workers, progress: Callable[[int, int], None]
 ) -> tuple[list[Any], dict[str, str]]:
     """The rows of every case, read from a file or worked out and written to it as they come, and why cases failed.
 
@@ -123,19 +127,30 @@ def collect(
     """
     width = len(cases[0].key)
     done: dict[Key, list[Any]] = {}
-    for row in results.read_rows(file, study.row):
+    for row in results.read_rows(file, kind):
         done.setdefault(tuple(str(value) for value in astuple(row)[:width]), []).append(row)
     order = dict.fromkeys([*(case.key for case in cases), *done])
     failures: dict[str, str] = {}
     waiting = [case for case in cases if case.key not in done]
-    for case, outcome in each(_work, waiting, workers):
-        if isinstance(outcome, str):
-            failures[" ".join(case.key)] = outcome
-        else:
-            done[case.key] = outcome
-            results.write_rows(file, [row for key in order for row in done.get(key, [])])
-        progress(len(cases) - len(waiting) + sum(c.key in done for c in waiting) + len(failures), len(cases))
-    return [row for key in order for row in done.get(key, [])], failures
+    written = -math.inf
+
+    def rows() -> list[Any]:
+        return [row for key in order for row in done.get(key, [])]
+
+    try:
+        for case, outcome in each(_work, waiting, workers):
+            if isinstance(outcome, str):
+                failures[" ".join(case.key)] = outcome
+            else:
+                done[case.key] = outcome
+                if time.monotonic() > written + REST:
+                    results.write_rows(file, rows())
+                    written = time.monotonic()
+            progress(len(cases) - len(waiting) + sum(c.key in done for c in waiting) + len(failures), len(cases))
+    finally:
+        if written > -math.inf:
+            results.write_rows(file, rows())
+    return rows(), failures
 
 
 def _work(case: Case) -> list[Any]:

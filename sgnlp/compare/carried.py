@@ -1,0 +1,80 @@
+"""Each solver's first choice carried out in simulation: does the better optimum hold better?"""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+from sgnlp.compare.route import Run
+from sgnlp.compare.runs import chosen
+from sgnlp.compare.table import Table
+from sgnlp.hand import load_hand
+from sgnlp.observation import load
+from sgnlp.plan import Plan
+from sgnlp.problem import pose
+from sgnlp.studies.statistics import percent
+from sgnlp.studies.study import Case, Key, Lines
+from sgnlp.studies.trials import LOADS, NO_PLAN, carried_out
+
+
+@dataclass(frozen=True)
+class Row:
+    """The first choice of a solver among its starts for an object, under one load; `start` -1: none is feasible."""
+
+    object: str
+    formulation: str
+    solver: str
+    starts: int
+    load: str
+    start: int
+    margin: float
+    ending: str
+    score: float
+
+
+def cases(table: Table, runs: Mapping[Key, Run]) -> list[Case]:
+    """A case for each object, formulation and solver; the first choice is the feasible one of the widest margin."""
+    groups: dict[Key, list[Run]] = defaultdict(list)
+    for (name, formulation, solver, _), run in runs.items():
+        groups[name, formulation, solver].append(run)
+    found = []
+    for (name, formulation, solver), tried in groups.items():
+        ends = [table.ends.get(((name, formulation, run.start), solver)) for run in tried]
+        feasible = [(row.margin, run, row) for run, row in zip(tried, ends, strict=True) if row and row.feasible]
+        best = max(feasible, key=lambda item: (item[0], -item[1].start), default=None)
+        first = Row(name, formulation, solver, len(tried), "", -1, float("nan"), NO_PLAN, 0.0)
+        again = replace(best[1], tolerances=(best[2].tolerance,)) if best else None
+        if best:
+            first = replace(first, start=best[1].start, margin=best[0])
+        found.append(Case((name, formulation, solver, str(len(tried))), partial(rows_of, again, first)))
+    return found
+
+
+def rows_of(run: Run | None, first: Row) -> list[Row]:
+    """The rows of a first choice, one for each load."""
+    solution = chosen(run) if run else NO_PLAN
+    if run is None or isinstance(solution, str):
+        return [replace(first, load=load) for load in LOADS]
+    observation, hand = load(run.file), load_hand(run.hand, run.settings.spheres)
+    problem = pose(observation, hand, run.settings, run.seed)
+    plan = Plan(observation, problem, (solution,), (), run.seed, 1, run.limit, {})
+    found = []
+    for name, settings in LOADS.items():
+        outcome = carried_out(plan, settings)
+        found.append(replace(first, load=name, ending=outcome.ending, score=outcome.score))
+    return found
+
+
+def lines(rows: Sequence[Row]) -> Lines:
+    """A line for each formulation and solver: success in percent under each load, objects without a plan failed."""
+    groups: dict[tuple[str, str], list[Row]] = defaultdict(list)
+    for row in rows:
+        groups[row.formulation, row.solver].append(row)
+    return [
+        {"formulation": formulation, "solver": solver, "objects": str(len({row.object for row in group}))}
+        | {
+            load: percent(sum(r.score for r in group if r.load == load), sum(r.load == load for r in group))
+            for load in LOADS
+        }
+        for (formulation, solver), group in groups.items()
+    ]
