@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from sgnlp import solvers
 from sgnlp.compiled import program
 from sgnlp.elastic import stretched
 from sgnlp.firstorder import learning_rates
-from sgnlp.ipopt import Iterate, schedule
+from sgnlp.ipopt import Course, Iterate, schedule
 from sgnlp.kkt import Kkt
 from sgnlp.nlp import Nlp
 from sgnlp.oracle import Oracle, join
@@ -138,6 +138,7 @@ class Route:
             status=answer.status,
             iterations=answer.iterations,
             seconds=math.nan,
+            course=Course(*np.empty((len(fields(Course)), 0))),
         )
         return solution(self._problem, self._start, iterate, oracle.nlp.units)
 
