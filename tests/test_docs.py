@@ -4,12 +4,14 @@ import os
 import re
 import subprocess
 import sys
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 
 import pytest
 
 from sgnlp.cli import COMMANDS
+from sgnlp.constraints import CONSTRAINTS
+from sgnlp.energies import TERMS
 from sgnlp.grasps import Grasps
 from sgnlp.settings import Settings
 
@@ -71,23 +73,26 @@ def test_every_formula_is_drawn(site):
 
 def test_the_reference_has_every_setting_command_and_array(site):
     settings = (site / "reference" / "settings.html").read_text()
-    for section in fields(Settings):
-        inner = (
-            getattr(section.default_factory, "__dataclass_fields__", None)
-            if callable(section.default_factory)
-            else None
-        )
-        for name in inner or {section.name: None}:
-            flag = f"{section.name}.{name}" if inner else name
-            assert f"<code>--{flag.replace('_', '-')}</code>" in settings, flag
+    chosen = Settings()
+    for section in fields(chosen):
+        group = getattr(chosen, section.name)
+        names = [f"{section.name}.{f.name}" for f in fields(group)] if is_dataclass(group) else [section.name]
+        assert not [name for name in names if f"<code>--{name.replace('_', '-')}</code>" not in settings]
     commands = (site / "reference" / "commands.html").read_text()
     assert all(f"usage: sgnlp {name} " in commands for name in COMMANDS)
     files = (site / "reference" / "files.html").read_text()
     assert all(f"<code>{f.name}</code>" in files for f in fields(Grasps))
 
 
+def test_the_theory_names_every_term_and_constraint():
+    theory = ROOT / "docs" / "pages" / "theory"
+    energy, program = (theory / "energy.md").read_text(), (theory / "program.md").read_text()
+    assert not [term.name for term in TERMS if f"`{term.name}`" not in energy]
+    assert not [constraint.name for constraint in CONSTRAINTS if f"`{constraint.name}`" not in program]
+
+
 @pytest.mark.parametrize("page", [ROOT / "README.md", *PAGES], ids=lambda page: page.stem)
 def test_no_link_between_pages_is_broken(page):
-    made = {"settings.md", "commands.md", "index.md", "can.png"}
+    made = {"settings.md", "commands.md", "index.md", "can.jpg"}
     for target in LINK.findall(page.read_text()):
         assert (page.parent / target).exists() or Path(target).name in made, target
