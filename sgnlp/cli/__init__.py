@@ -36,6 +36,7 @@ COMMANDS = (
     "compare",
     "solvers",
     "benchmark",
+    "export",
     "cache",
     "doctor",
 )
