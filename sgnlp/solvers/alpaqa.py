@@ -16,6 +16,7 @@ METHODS = (
         kind="augmented Lagrangian",
         derivatives=1,
         summary="alpaqa, augmented Lagrangian on PANOC",
+        known="asks for derivatives of the Jacobian, which a plan's functions do not have",
         prepare=plugin("alpaqa", options),
     ),
 )

@@ -18,6 +18,7 @@ METHODS = (
         kind="SQP",
         derivatives=2,
         summary="CasADi's feasiblesqpmethod, regularised exact Hessian, qrqp",
+        known="ends with bounds that cross on a plan's problems",
         prepare=plugin("feasiblesqpmethod", options),
     ),
 )

@@ -68,6 +68,8 @@ def _child(work: Callable[[Send], None], pipe: Connection) -> None:
 
 
 def _reason(code: int | None, seconds: float) -> str:
+    if code == 0:  # it ended itself
+        return ""
     if code == -signal.SIGPROF:
         return f"over {seconds:g} s of processor time"
     if code is not None and code < 0:

@@ -2,7 +2,7 @@
 
 from sgnlp.solvers.anatomy import Method, Task
 from sgnlp.solvers.plugins import Options, plugin
-from sgnlp.solvers.sqpmethod import QP
+from sgnlp.solvers.sqpmethod import QP, STALLS
 
 
 def options(task: Task) -> Options:
@@ -18,6 +18,7 @@ METHODS = (
         kind="SQP",
         derivatives=2,
         summary="CasADi's qrsqp, regularised exact Hessian",
+        known=STALLS,
         prepare=plugin("qrsqp", options),
     ),
 )

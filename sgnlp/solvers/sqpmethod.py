@@ -29,6 +29,10 @@ def options(qp: str, more: Options) -> Callable[[Task], Options]:
     return of
 
 
+SHOWN = "daqp"
+"""The QP solver that stands for all where nothing is said: the steps of the others are the same."""
+STALLS = "does not get to 1e-3 in 5 s on a plan's problems"
+
 CONVEX: Options = {"convexify_strategy": "regularize"}
 LIMITED: Options = {"hessian_approximation": "limited-memory"}
 
@@ -40,6 +44,7 @@ METHODS = (
             derivatives=2,
             summary=f"CasADi's sqpmethod, regularised exact Hessian, {qp}",
             prepare=plugin("sqpmethod", options(qp, CONVEX)),
+            known="" if qp == SHOWN else STALLS,
         )
         for qp in QP
     ),
@@ -49,5 +54,6 @@ METHODS = (
         derivatives=1,
         summary="CasADi's sqpmethod, limited-memory BFGS, qrqp",
         prepare=plugin("sqpmethod", options("qrqp", LIMITED)),
+        known=STALLS,
     ),
 )

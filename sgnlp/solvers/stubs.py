@@ -27,6 +27,7 @@ METHODS = tuple(
         kind=kind,
         derivatives=1 if name in ("snopt", "blocksqp") else 2,
         summary=f"{name}, with its own defaults",
+        known="not in CasADi's wheel" if name != "blocksqp" else "needs MA27",
         prepare=plugin(name, options),
     )
     for name, kind in KINDS.items()
