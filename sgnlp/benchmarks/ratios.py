@@ -17,14 +17,13 @@ from sgnlp.nlp import ENERGY_UNIT
 from sgnlp.problem import Problem, pose
 from sgnlp.settings import Solver
 from sgnlp.solution import SOLVED_FACTOR
+from sgnlp.solvers.ipopt import LIMITED
 from sgnlp.starts import starts
 
 STEPS = 200
 """First-order steps, as many as the paper's release takes."""
 PLAIN_POINTS = 12
 """Surface and interior points for which CasADi's plain Hessian is built: at full size that takes many minutes."""
-LIMITED = {"ipopt.hessian_approximation": "limited-memory"}
-"""Ipopt's option that leaves the Hessian alone."""
 
 
 @dataclass(frozen=True)
