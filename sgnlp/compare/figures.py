@@ -68,9 +68,9 @@ def courses(table: Table) -> list[Panel]:
         solvers = _run(table, formulation, shown(table))
         for what, of in (("energy above the best", _gap), ("KKT residual", _residual)):
             curves = {solver: _course(table, formulation, solver, of) for solver in solvers}
-            panel = _panel(formulation, "processor time [s]", what, MOMENTS, {s: c for s, c in curves.items() if c})
+            panel = _panel(formulation, "processor time [s]", what, MOMENTS, curves)
             found.append(panel)
-    return [panel for panel in found if panel.series]
+    return found if any(row.trace for row in table.rows) else []
 
 
 def _run(table: Table, formulation: str, solvers: Sequence[str]) -> list[str]:
@@ -94,12 +94,13 @@ def _residual(energy: float, residual: float, best: float) -> float:
 def _course(table: Table, formulation: str, solver: str, of: Callable[[float, float, float], float]) -> list[float]:
     """The median of the running minimum at each moment; before its first point a run is at its start: infinite."""
     curves = []
-    for (instance, name), row in table.ends.items():
-        if (instance[1], name) == (formulation, solver) and row.trace:
+    for (instance, name), end in table.ends.items():
+        cold = table.runs[instance, name, end.tolerance][0]  # the one whose way is kept
+        if (instance[1], name) == (formulation, solver) and cold.trace:
             lowest, way = math.inf, []
-            for seconds, energy, residual in row.course:
+            for seconds, energy, residual in cold.course:
                 lowest = min(lowest, of(energy, residual, table.best.get(instance, math.nan)))
                 way.append((seconds, lowest))
             curves.append([min((v for t, v in way if t <= moment), default=math.inf) for moment in MOMENTS])
     values = [median(column) for column in zip(*curves, strict=True)]
-    return [value if math.isfinite(value) else math.nan for value in values]
+    return [value if math.isfinite(value) else math.nan for value in values] or [math.nan] * len(MOMENTS)

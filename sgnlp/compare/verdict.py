@@ -26,7 +26,11 @@ def advice(table: Table) -> list[str]:
         order = table.order(formulation)
         tight = table.tolerances[-1]
         first = f"**{formulation}**: use `{order[0]}`, which {_reach(table, formulation, order[0], tight)}"
-        others = "; ".join(f"`{name}` {_reach(table, formulation, name, tight)}" for name in order[1:4])
+        others = "; ".join(
+            f"`{name}` {_reach(table, formulation, name, tight)}"
+            for name in order[1:4]
+            if table.solved_at(formulation, name, tight)[0]
+        )
         said.append(f"{first}." + (f" Next: {others}." if others else ""))
         quick = min(order, key=lambda name: _typical(table, formulation, name, tight))
         if quick != order[0] and math.isfinite(_typical(table, formulation, quick, tight)):

@@ -9,8 +9,8 @@ from typing import Any
 
 from sgnlp.errors import SgnlpError
 
-WALL_FACTOR = 20.0
-"""A process that hears nothing from its processor is ended after so many times its limit."""
+WALL_FACTOR = 60.0
+"""A process that says nothing for so many times its limit of processor time sleeps: the machine is not that busy."""
 
 Send = Callable[[Any], None]
 
