@@ -41,7 +41,7 @@ class Compare(Tabling, Starting):
     """names of `sgnlp solvers`; all but those known to fail here if none is named"""
     formulations: tuple[Literal["penalty", "constrained", "two_phase", "elastic"], ...] = ("penalty", "constrained")
     """what is solved"""
-    starts: int = 4
+    starts: int = 3
     """initial guesses for a cloud, the same for every solver; more of them later are added"""
     time_limit: float = 3.0
     """processor time of a solve at most [s]; what takes longer has failed"""
