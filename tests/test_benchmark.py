@@ -30,7 +30,16 @@ from sgnlp.presets import ROBUST
 from sgnlp.starts import starts
 
 INTERPRETED = replace(SMALL, solver=replace(SMALL.solver, compiled=False))
-SMALL_FLAGS = ("--gpis.surface-points", 60, "--gpis.interior-points", 15, "--contact.mass", 0)
+SMALL_FLAGS = (
+    "--gpis.surface-points",
+    60,
+    "--gpis.interior-points",
+    15,
+    "--contact.mass",
+    0,
+    "--gpis.exterior-noise",
+    0.2,
+)
 
 
 @pytest.fixture

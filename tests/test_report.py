@@ -18,7 +18,7 @@ from sgnlp.violations import Violation
 
 def printed(*tables: object, width: int = 80) -> str:
     """What the command line's console shows of tables on a terminal of that width."""
-    console = cli._console()
+    console = cli._Console()
     console.width = width
     with console.capture() as capture:
         for table in tables:
@@ -147,4 +147,4 @@ def test_lines_become_a_table_and_the_same_in_markdown():
 def test_tables_are_built_without_printing(plan, capfd):
     report.tables(plan)
     assert capfd.readouterr() == ("", "")
-    assert isinstance(cli._console(), Console)
+    assert isinstance(cli._Console(), Console)
