@@ -525,7 +525,7 @@ def test_the_settings_of_the_small_flags_are_those_of_the_shared_scene():
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (["so"], ["solve"]),
+        (["so"], ["solve", "solvers"]),
         (["solve", "--gpis.k"], ["--gpis.kernel"]),
         (["solve", "--solver.formulation", ""], ["penalty", "constrained", "two_phase", "elastic"]),
         (["solve", "--sphe"], ["--spheres"]),
