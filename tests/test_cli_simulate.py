@@ -64,6 +64,17 @@ def test_the_best_grasp_is_carried_out_shown_and_written(folder, capfd):
     assert "trace" not in grasp
 
 
+def test_the_objects_own_mass_and_friction_are_taken_if_asked_for(folder, capfd):
+    arguments = (folder, "--true-load", "--push-weights", 0)
+    assert simulate(*arguments) == 3
+    assert "--true-load needs the mass and friction of 'box' in its file" in capfd.readouterr().err
+    with np.load("box.npz") as known:
+        np.savez("box.npz", **known, mass=5.0, friction=0.4)
+    assert simulate(*arguments) == 1
+    settings = json.loads((folder / "simulation.json").read_text())["settings"]
+    assert (settings["mass"], settings["friction"]) == (5.0, 0.4)
+
+
 def test_as_many_grasps_as_asked_for_are_carried_out(folder, capfd):
     assert simulate(folder / "grasps.npz", "--grasps", 2, "--push-weights", 0) == 0
     assert "mean of 2 0.50" in capfd.readouterr().out

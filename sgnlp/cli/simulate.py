@@ -1,6 +1,6 @@
 """`sgnlp simulate`: whether planned grasps hold, on the true object."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -15,8 +15,8 @@ from sgnlp.cli.progress import bars
 from sgnlp.errors import InputError
 from sgnlp.grasps import Grasps
 from sgnlp.hand import Hand, load_hand
-from sgnlp.observation import load
-from sgnlp.simulation import Body, Outcome, SimulationSettings, command, plain, simulate, true_body
+from sgnlp.observation import Observation, load
+from sgnlp.simulation import Body, Command, Outcome, SimulationSettings, Trace, command, plain, simulate, true_body
 
 SIMULATION = "simulation.json"
 DEFAULTS = SimulationSettings()
@@ -36,6 +36,8 @@ class Simulate:
     """folder of the hand, if it is none of `sgnlp hands`"""
     scale: float = 1.0
     """factor of that file to metres, as given to `sgnlp solve`"""
+    true_load: bool = False
+    """the mass and friction that the object's file tells, in the place of --mass and --friction"""
     pictures: bool = False
     """draw the first grasp at the end of each phase into the folder"""
     settings: Annotated[SimulationSettings, tyro.conf.arg(name="")] = DEFAULTS
@@ -47,21 +49,29 @@ class Simulate:
         grasps = results.load_grasps(self.folder)
         hand = load_hand(self.hand or grasps.meta["hand"], grasps.meta["settings"]["spheres"])
         source = refit.source(grasps, self.object)
-        thing = true_body(load(source, scale=self.scale))
-        ranks = self._ranks(grasps)
+        seen = load(source, scale=self.scale)
+        thing, settings, ranks = true_body(seen), self._loaded(seen), self._ranks(grasps)
         outcomes = []
         with bars(console) as bar:
             simulating = bar("simulating", len(ranks))
             for rank in ranks:
-                outcomes.append(simulate(command(grasps, rank), thing, hand, self.settings))
+                outcomes.append(simulate(command(grasps, rank), thing, hand, settings))
                 simulating.advance(outcomes)
         folder = self.folder if self.folder.is_dir() else self.folder.parent
-        results.write_text(folder / SIMULATION, results.json_text(self._made(source, outcomes)))
+        results.write_text(folder / SIMULATION, results.json_text(self._made(source, settings, outcomes)))
         _show(console, outcomes, hand, grasps)
         console.print(f"written: {folder / SIMULATION}", soft_wrap=True)
         if self.pictures:
-            self._draw(console, folder, grasps, thing, hand, outcomes[0])
+            _draw(console, folder, (command(grasps, 0), thing, hand, settings, outcomes[0].trace))
         return codes.FEASIBLE if any(outcome.score == 1 for outcome in outcomes) else codes.NONE_FEASIBLE
+
+    def _loaded(self, seen: Observation) -> SimulationSettings:
+        """The settings, with the object's own mass and friction if they are asked for."""
+        if not self.true_load:
+            return self.settings
+        if seen.mass is None or seen.friction is None:
+            raise InputError(f"--true-load needs the mass and friction of '{seen.name}' in its file")
+        return replace(self.settings, mass=seen.mass, friction=seen.friction)
 
     def _ranks(self, grasps: Grasps) -> range:
         count = int(grasps.feasible.sum()) if self.grasps == "all" else int(self.grasps)
@@ -69,17 +79,18 @@ class Simulate:
             raise InputError(f"--grasps must be between 1 and {len(grasps)}, or all, which is {grasps.feasible.sum()}")
         return range(count)
 
-    def _made(self, source: Path, outcomes: list[Outcome]) -> dict[str, Any]:
+    def _made(self, source: Path, settings: SimulationSettings, outcomes: list[Outcome]) -> dict[str, Any]:
         grasps = [{"rank": rank} | plain(outcome) for rank, outcome in enumerate(outcomes)]
-        return made(object=str(source), settings=asdict(self.settings)) | {"grasps": grasps}
+        return made(object=str(source), settings=asdict(settings)) | {"grasps": grasps}
 
-    def _draw(self, console: Console, folder: Path, grasps: Grasps, thing: Body, hand: Hand, outcome: Outcome) -> None:
-        try:
-            files = pictures.draw(folder, command(grasps, 0), thing, hand, self.settings, outcome.trace)
-        except pictures.NoRenderer as error:
-            console.print(f"no pictures: {error}", soft_wrap=True)
-            return
-        console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)
+
+def _draw(console: Console, folder: Path, run: tuple[Command, Body, Hand, SimulationSettings, Trace]) -> None:
+    try:
+        files = pictures.draw(folder, *run)
+    except pictures.NoRenderer as error:
+        console.print(f"no pictures: {error}", soft_wrap=True)
+        return
+    console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)
 
 
 def _require_mujoco() -> None:
