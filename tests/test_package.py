@@ -61,7 +61,9 @@ def test_the_wheel_holds_nothing_but_the_package(wheel):
     top = {name.split("/")[0] for name in wheel.namelist()}
     assert top == {"sgnlp", f"sgnlp-{sgnlp.__version__}.dist-info"}
     assert not [
-        name for name in wheel.namelist() if re.search(r"test|problems|results/|\.npz|\.pyc|__pycache__|\.cache", name)
+        name
+        for name in wheel.namelist()
+        if re.search(r"(^|/)tests?[/_]|problems|results/|\.npz|\.pyc|__pycache__|\.cache", name)
     ]
 
 

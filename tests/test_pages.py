@@ -5,13 +5,17 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from unittest import SkipTest
+from unittest.mock import patch
 
 import pytest
+
+from sgnlp.kernels import KERNELS
 
 sybil = pytest.importorskip("sybil", reason="finds the code in the pages")
 from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser, SkipParser  # noqa: E402
@@ -32,8 +36,8 @@ NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?![\w.]*\d)")
 
 
 @pytest.fixture
-def namespace(tmp_path, monkeypatch) -> dict[str, Any]:
-    """A folder with the project's own in it is the current one, and `sgnlp` is on the path."""
+def namespace(tmp_path, monkeypatch) -> Iterator[dict[str, Any]]:
+    """A folder with the project's own in it is the current one, with `sgnlp` on the path; its kernels go with it."""
     monkeypatch.chdir(tmp_path)
     for name in SHARED:
         (tmp_path / name).symlink_to(ROOT / name)
@@ -44,7 +48,8 @@ def namespace(tmp_path, monkeypatch) -> dict[str, Any]:
     path = f"{commands}{os.pathsep}{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = os.environ | {"PATH": path, "PYTHONPATH": str(ROOT), "COLUMNS": "100"}
     missing = {"missing": lambda *modules: not all(find_spec(name) for name in modules), "which": shutil.which}
-    return {"environment": environment, "printed": "", **missing}
+    with patch.dict(KERNELS):
+        yield {"environment": environment, "printed": "", **missing}
 
 
 def run(example: Any) -> str | None:

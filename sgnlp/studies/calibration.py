@@ -220,7 +220,7 @@ def panels(rows: Sequence[Row]) -> list[Panel]:
     for group in groups(as_set(rows)):
         side, offset = group[0].side, group[0].offset_mm
         series = tuple(
-            Series(LABELS[kernel], [100 * q for q in levels], [_share(group, kernel, q) for q in levels])
+            Series(LABELS.get(kernel, kernel), [100 * q for q in levels], [_share(group, kernel, q) for q in levels])
             for kernel in KERNELS
         )
         title = f"{side}, {offset:.0f} mm outside" if offset else f"{side}, on the surface"
