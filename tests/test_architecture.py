@@ -18,7 +18,7 @@ STAGES = (
     "structure chain jets native parameters symbolic nlp codegen elastic compiled oracle closed kkt",
     "problem starts violations ipopt recompute approach solution pool plan",
     "firstorder solvers",
-    "environment grasps simulation results summary workers batch report plots",
+    "flagwords environment grasps simulation results summary workers batch report plots",
     "refit handmeshes handgeometry handcheck scene3d scene_hand scene_html scene_png scene_live dossier",
     "benchmarks studies compare load_nlp testset",
     "cli __main__",

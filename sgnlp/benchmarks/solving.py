@@ -2,16 +2,16 @@
 
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from threadpoolctl import threadpool_limits
 
 from sgnlp.benchmarks.bench import Bench
 from sgnlp.benchmarks.measure import Row, Time, clock, clocked, cold_times, spread, timing
 from sgnlp.benchmarks.processes import cache, command, peak_memory
+from sgnlp.flagwords import differences
 from sgnlp.ipopt import Iterate, Planner
 from sgnlp.observation import Observation
 from sgnlp.plan import Plan, solve
@@ -110,19 +110,4 @@ def flags(bench: Bench) -> list[str]:
     numbers = {"starts": bench.starts, "seed": bench.seed, "jobs": bench.jobs}
     words = ["--preset", bench.preset, "--hand", bench.hand_name]
     words += [word for name, value in numbers.items() for word in (f"--{name}", str(value))]
-    return words + _changed(bench.settings, preset(bench.preset), "")
-
-
-def _changed(settings: Any, default: Any, prefix: str) -> list[str]:
-    """The flags of the settings that are not those of the preset."""
-    words: list[str] = []
-    for field in fields(settings):
-        value, usual, name = getattr(settings, field.name), getattr(default, field.name), field.name.replace("_", "-")
-        if is_dataclass(value):
-            words += _changed(value, usual, f"{prefix}{name}.")
-        elif value != usual and isinstance(value, bool):
-            words.append(f"--{prefix}{'' if value else 'no-'}{name}")
-        elif value != usual:
-            numbers = value if isinstance(value, tuple) else (value,)
-            words += [f"--{prefix}{name}", *map(str, numbers)]
-    return words
+    return words + list(differences(asdict(preset(bench.preset)), asdict(bench.settings)))

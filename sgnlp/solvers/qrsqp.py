@@ -2,14 +2,13 @@
 
 from sgnlp.solvers.anatomy import Method, Task
 from sgnlp.solvers.plugins import Options, plugin
-from sgnlp.solvers.sqpmethod import QP, STALLS
+from sgnlp.solvers.sqpmethod import QP, STALLS, stop
 
 
 def options(task: Task) -> Options:
     """The options for a task."""
-    stop = {"tol_du": task.tolerance, "tol_pr": task.tolerance, "max_iter": task.iterations}
     quiet = {"print_header": False, "print_iteration": False, "qpsol_options": QP["qrqp"] | {"error_on_fail": False}}
-    return stop | quiet | {"regularize": True}
+    return stop(task) | quiet | {"regularize": True}
 
 
 METHODS = (

@@ -2,14 +2,12 @@
 
 from sgnlp.solvers.anatomy import Method, Task
 from sgnlp.solvers.plugins import Options, plugin
-from sgnlp.solvers.sqpmethod import QP, STALLS
+from sgnlp.solvers.sqpmethod import STALLS, qpsol, stop
 
 
 def options(task: Task) -> Options:
     """The options for a task."""
-    stop = {"tol_du": task.tolerance, "tol_pr": task.tolerance, "max_iter": task.iterations}
-    qpsol = {"qpsol": "qrqp", "qpsol_options": QP["qrqp"] | {"error_on_fail": False}}
-    return stop | qpsol | {"print_header": False}
+    return stop(task) | qpsol("qrqp") | {"print_header": False}
 
 
 METHODS = (

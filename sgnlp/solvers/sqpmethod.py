@@ -1,7 +1,6 @@
 """CasADi's SQP with a line search, on each QP solver of the wheel."""
 
 from collections.abc import Callable
-from typing import Any
 
 from sgnlp.solvers.anatomy import Method, Task
 from sgnlp.solvers.plugins import Options, plugin
@@ -18,15 +17,20 @@ QP: dict[str, Options] = {
 """The QP solvers with what makes each of them quiet."""
 
 
+def stop(task: Task) -> Options:
+    """When CasADi's SQP methods end."""
+    return {"tol_du": task.tolerance, "tol_pr": task.tolerance, "max_iter": task.iterations}
+
+
+def qpsol(qp: str) -> Options:
+    """Their QP solver, which says nothing and whose failure is theirs to handle."""
+    return {"qpsol": qp, "qpsol_options": QP[qp] | {"error_on_fail": False}}
+
+
 def options(qp: str, more: Options) -> Callable[[Task], Options]:
     """The options for a task; without a convex Hessian none of the QP solvers gives a descent."""
 
-    def of(task: Task) -> dict[str, Any]:
-        qpsol = {"qpsol": qp, "qpsol_options": QP[qp] | {"error_on_fail": False}}
-        stop = {"tol_du": task.tolerance, "tol_pr": task.tolerance, "max_iter": task.iterations}
-        return SILENT | qpsol | stop | more
-
-    return of
+    return lambda task: SILENT | qpsol(qp) | stop(task) | more
 
 
 SHOWN = "daqp"
