@@ -17,6 +17,7 @@ from threadpoolctl import threadpool_limits
 
 from sgnlp.compiled import program
 from sgnlp.ipopt import Planner, schedule
+from sgnlp.orphans import die_with_parent
 from sgnlp.problem import Problem
 from sgnlp.solution import Solution, solution
 from sgnlp.starts import Start
@@ -90,6 +91,7 @@ def _result(future: Any, start: Start, timeout: float | None) -> Any:
 def _initialise(problem: Problem) -> None:
     """Ready a worker: interrupts are the parent's business, and one process is one thread."""
     global _problem
+    die_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threadpool_limits(1)
     _problem = problem

@@ -30,6 +30,11 @@ CONNECTING = 10.0
 """How long a scheduler is waited for [s]."""
 
 
+FEEDER, FEEDING = "QueueFeederThread", 1.0
+"""The thread, a daemon, of a queue that is closed, and how long it is waited for [s]. An interpreter that ends while it
+gives back the queue's semaphore leaves a warning of what leaked."""
+
+
 class Workers:
     """Processes that functions are submitted to: `jobs` of this machine, or those of a dask scheduler.
 
@@ -57,8 +62,11 @@ class Workers:
     def close(self) -> None:
         """End the processes of this machine and their children at once; of a cluster, what has not begun."""
         if self._executor is not None:
+            feeders = [thread for thread in threading.enumerate() if thread.name == FEEDER]
             self._executor.shutdown(**{"wait": False} if self._client else {"kill_workers": True})
             self._executor = None
+            for thread in feeders:
+                thread.join(FEEDING)
         if self._client:
             self._client.close()
 

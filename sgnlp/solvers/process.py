@@ -8,6 +8,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from sgnlp.errors import SgnlpError
+from sgnlp.orphans import die_with_parent
 
 WALL_FACTOR = 60.0
 """A process that says nothing for so many times its limit of processor time sleeps: the machine is not that busy."""
@@ -50,6 +51,7 @@ def apart(work: Callable[[Send], None], seconds: float) -> tuple[list[Any], str]
 
 
 def _child(work: Callable[[Send], None], pipe: Connection) -> None:
+    die_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
     silence = os.open(os.devnull, os.O_WRONLY)

@@ -1,0 +1,33 @@
+"""No process is left behind by one that is killed."""
+
+import os
+import signal
+import sys
+from pathlib import Path
+
+import pytest
+from processes import TESTS, group, running, wait_for
+
+START = (
+    "from processes import hang; from scenes import SMALL, posed; from sgnlp.pool import map_starts; "
+    "from sgnlp.starts import starts; problem = posed(SMALL); "
+    "list(map_starts(hang, problem, starts(problem, 1, 0), 1, None))"
+)
+APART = "from processes import hang; from sgnlp.solvers.process import apart; apart(lambda send: hang(None, None), 1.0)"
+
+
+@pytest.fixture(autouse=True)
+def here(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the kernel does it, on Linux")
+@pytest.mark.parametrize("work", [START, APART], ids=["start", "solver"])
+def test_what_a_process_forked_ends_when_it_is_killed(work):
+    code = f"import sys; sys.path.insert(0, {str(TESTS)!r}); {work}"
+    with running([sys.executable, "-c", code]) as process:
+        assert wait_for(Path("hanging").exists)
+        assert len(group(process.pid)) > 1
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait()
+        assert wait_for(lambda: not group(process.pid)), "a process is left"
