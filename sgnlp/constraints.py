@@ -153,6 +153,9 @@ CONSTRAINTS: tuple[Constraint, ...] = (
     Constraint("sag", "", GAIN, lambda g, op: op.sum(g.gains), _sag, "spring"),
     Constraint("torque_initial", "joint", EFFORT, lambda g, op: g.torques / g.effort, _effort, "torques"),
     Constraint("torque_equilibrium", "joint", EFFORT, lambda g, op: g.torques_eq / g.effort, _effort, "torques_eq"),
+    Constraint("tip", "tip", LENGTH, lambda g, op: g.tip_errors, _zero, "lifted"),
+    Constraint("balance_force", "axis", FORCE, lambda g, op: g.wrench_eq[0, :], _zero, "lifted"),
+    Constraint("balance_torque", "axis", TORQUE, lambda g, op: g.wrench_eq[1, :], _zero, "lifted"),
     Constraint("cone", "finger", NUMBER, _margins_initial, _cone, "closure", True),
     Constraint(
         "press",

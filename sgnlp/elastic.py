@@ -9,7 +9,6 @@ objective allows. Rows that say where the functions are defined (`Constraint.dom
 Only the slacks are new: the functions of the constrained program, compiled or not, are called as they are.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import casadi as ca
@@ -55,26 +54,19 @@ def relax(nlp: Nlp) -> Nlp:
 
 
 def slack_bounds(nlp: Nlp, low: Array, high: Array) -> Array:
-    """Upper bounds of the slacks s⁺, s⁻ for rows between `low` and `high` (ng,): infinite, or 0 where none may be.
-
-    Empty for a program that is not elastic.
-    """
-    if nlp.structure.formulation != "elastic":
-        return np.zeros(0)
+    """Upper bounds of the slacks s⁺, s⁻ for rows between `low` and `high` (ng,): infinite, or 0 where none may be."""
     soft = np.repeat([not c.domain for c in nlp.constraints], nlp.row_sizes)
     return np.where(np.concatenate([soft & np.isfinite(low), soft & np.isfinite(high)]), np.inf, 0.0)
 
 
+def slacks(g: Array, low: Array, high: Array) -> Array:
+    """The slacks s⁺, s⁻ that rows g (ng,) need to be within their bounds (ng,)."""
+    return np.concatenate([np.maximum(low - g, 0), np.maximum(g - high, 0)])
+
+
 def relaxed(nlp: Nlp, x: Array) -> Array:
-    """x (nx,), or its leading variables, with no slack."""
+    """x (nx,) without the slacks that it has if the program is elastic."""
+    if nlp.structure.formulation != "elastic":
+        return x
     free = len(variable_units(nlp.hand))
-    return np.concatenate([x[:free], np.zeros(len(nlp.units) - free)])
-
-
-def stretched(nlp: Nlp, rows: Callable[[Array], Array], x: Array, low: Array, high: Array) -> Array:
-    """x with the slacks, if there are any, that `rows`, g (ng,) at x, need to be within their bounds (ng,)."""
-    x = relaxed(nlp, x)
-    if nlp.structure.formulation == "elastic":
-        g = rows(x)
-        x[-2 * len(g) :] = np.concatenate([np.maximum(low - g, 0), np.maximum(g - high, 0)])
-    return x
+    return np.concatenate([x[:free], np.zeros(len(x) - free)])

@@ -68,6 +68,28 @@ def rotation(B: ca.SX, lam: ca.SX) -> tuple[ca.SX, ca.SX]:
     return R, norm * zeta / ca.fmax(lam**2, TINY)
 
 
+def turned(w: ca.SX) -> ca.SX:
+    """The rotation (3, 3) of a Gibbs vector w (3), tan(θ/2) times the axis, by Cayley: I + 2 (W + W²)/(1 + |w|²)."""
+    W = ca.skew(w)
+    return ca.DM.eye(3) + 2 * (W + W @ W) / (1 + ca.sumsqr(w))
+
+
+def gibbs_vector(R: ca.SX) -> ca.SX:
+    """The w (3) of a rotation (3, 3) by less than half a turn."""
+    return ca.inv_skew(R - R.T) / ca.fmax(1 + ca.trace(R), TINY)
+
+
+def stiffness(R: ca.SX, B: ca.SX) -> ca.SX:
+    """ρ [N m] of the profile B (3, 3) [N m] if R (3, 3) is its equilibrium: S = B Rᵀ is then symmetric, λ = tr S.
+
+    The eigenvalues of λ I - S are those of the rotational stiffness, so ζ is its determinant.
+    """
+    norm = _norm(B)
+    S = B @ R.T / norm
+    lam = ca.trace(S)
+    return norm * ca.det(lam * ca.DM.eye(3) - (S + S.T) / 2) / ca.fmax(lam**2, TINY)
+
+
 def _norm(B: ca.SX) -> ca.SX:
     return ca.sqrt(ca.sumsqr(B) + TINY**2)
 

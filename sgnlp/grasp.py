@@ -36,6 +36,8 @@ class Grasp:
     torques_eq: Any  # (n,) [N m], the same at equilibrium
     effort: Any  # (n,) [N m], the largest that the hand gives
     wrench: Any  # (2, 3) [N], [N m], net force on the object at first contact and its torque about the centre of mass
+    wrench_eq: Any  # (2, 3) [N], [N m], the same at equilibrium, about the centre of mass there: 0
+    tip_errors: Any  # (m, 3) [m], tips that are variables less those of the forward kinematics: 0
     normals: Any  # (m, 3)
     normals_eq: Any  # (m, 3)
     gaps: Any  # (m,) [m], metric distance to the surface of the pads (of the centres, without pads)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.compiled import program
-from sgnlp.elastic import stretched
+from sgnlp.handover import handed_over
 from sgnlp.kkt import SOLVED_FACTOR, Kkt, residuals
 from sgnlp.nlp import ENERGY_UNIT
 from sgnlp.oracle import Functions, Oracle, join
@@ -122,7 +122,7 @@ class Planner:
             x_bounds = self.problem.variable_bounds(nlp, start.joints)
             g_bounds = self.problem.row_bounds(nlp)
             rows = partial(phase.oracle.values, p=p)
-            x = stretched(nlp, rows, x, *g_bounds)
+            x = handed_over(phase.oracle, x, p, g_bounds)
             bounds = dict(zip(("lbx", "ubx", "lbg", "ubg"), (*x_bounds, *g_bounds), strict=True))
             result = phase.solver(x0=np.clip(x, *x_bounds), p=p, **bounds)
             x = np.array(result["x"]).ravel()

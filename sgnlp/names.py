@@ -18,6 +18,7 @@ def labels(hand: Hand) -> dict[str, tuple[str, ...]]:
         "link": tuple(name for i, name in enumerate(spheres) if i not in hand.tip_spheres),
         "pair": tuple(f"{spheres[i]}-{spheres[j]}" for i, j in hand.pairs),
         "axis": AXES,
+        "tip": tuple(f"{finger.name}.{axis}" for axis in AXES for finger in hand.fingers),
     }
 
 
@@ -27,6 +28,12 @@ def variable_names(hand: Hand) -> tuple[str, ...]:
     wrist = [f"wrist.{kind}{axis}" for kind in ("", "r") for axis in AXES]
     targets = [f"target.{finger}.{axis}" for finger in fingers for axis in AXES]
     return (*wrist, *(f"joint.{name}" for name in hand.joint_names), *targets, *(f"gain.{name}" for name in fingers))
+
+
+def lifted_names(hand: Hand) -> tuple[str, ...]:
+    """A name for each variable (3 m + 6) that the lifted formulation adds: the tips, then the pose at equilibrium."""
+    tips = [f"tip.{finger.name}.{axis}" for finger in hand.fingers for axis in AXES]
+    return (*tips, *(f"equilibrium.{kind}{axis}" for kind in ("r", "") for axis in AXES))
 
 
 def row_names(hand: Hand, constraints: Iterable[Constraint]) -> tuple[str, ...]:

@@ -2,6 +2,8 @@
 
     min_x  E(x)   subject to   g_low ≤ g(x) ≤ g_high,  x_low ≤ x ≤ x_high,      x = (v (6 + n), o (3 m), k (m))/units
 
+and, in the lifted formulation, tips (3 m), Gibbs vector (3) and shift (3) of the equilibrium too (`sgnlp.lifted`).
+
 The functions take jets of the surface at the query points z(x) as inputs (`sgnlp.jets`), so one `Nlp` serves every
 object; object, weights, widths and seed pose are parameters. `sgnlp.oracle` joins an `Nlp` with a fitted surface.
 """
@@ -19,7 +21,7 @@ from sgnlp.constraints import Constraint, active
 from sgnlp.energies import TERMS, Term
 from sgnlp.hand import Hand
 from sgnlp.jets import Layout
-from sgnlp.names import row_names, variable_names
+from sgnlp.names import lifted_names, row_names, variable_names
 from sgnlp.ops import Smooth
 from sgnlp.parameters import ParameterVector
 from sgnlp.structure import Structure
@@ -29,6 +31,8 @@ Array = NDArray[np.float64]
 
 UNITS = {"linear": 0.1, "angular": 1.0, "joint": 1.0, "target": 0.1, "gain": 100.0}
 """Units of the scaled variables [m, rad, rad, m, N/m], so that all are of order 1."""
+LIFTED_UNITS = {"tip": 0.1, "turn": 0.1, "shift": 0.01}
+"""Units of the variables that the lifted formulation adds [m, -, m]."""
 ENERGY_UNIT = 100.0
 """The objective that the solver sees is E/ENERGY_UNIT."""
 
@@ -83,8 +87,14 @@ def variable_kinds(hand: Hand) -> list[str]:
 
 
 def variable_units(hand: Hand) -> Array:
-    """The unit of each variable (nx,)."""
+    """The unit of each variable (nx,) that every formulation has."""
     return np.array([UNITS[kind] for kind in variable_kinds(hand)])
+
+
+def lifted_units(hand: Hand) -> Array:
+    """The unit of each variable (3 m + 6) that the lifted formulation adds."""
+    kinds = ["tip"] * (3 * len(hand.fingers)) + ["turn"] * 3 + ["shift"] * 3
+    return np.array([LIFTED_UNITS[kind] for kind in kinds])
 
 
 def frame(hand: Hand, structure: Structure) -> dict[str, Any]:
@@ -92,6 +102,7 @@ def frame(hand: Hand, structure: Structure) -> dict[str, Any]:
     penalty = structure.formulation == "penalty"
     terms = [t for t in TERMS if not t.metric or t.metric == structure.metric]
     constraints = active(structure.traits)
+    lifted = structure.lifted
     return {
         "structure": structure,
         "hand": hand,
@@ -100,8 +111,8 @@ def frame(hand: Hand, structure: Structure) -> dict[str, Any]:
         "terms_used": tuple(t for t in terms if penalty or not t.constrained_elsewhere),
         "constraints": constraints,
         "row_names": row_names(hand, constraints),
-        "variable_names": variable_names(hand),
-        "units": variable_units(hand),
+        "variable_names": variable_names(hand) + (lifted_names(hand) if lifted else ()),
+        "units": np.concatenate([variable_units(hand), *([lifted_units(hand)] if lifted else [])]),
     }
 
 

@@ -20,6 +20,11 @@ class ParameterVector:
         blocks = {name: ca.SX.sym(name, size) for name, size in self.sizes.items()}
         return ca.vertcat(*blocks.values()), SimpleNamespace(**blocks)
 
+    def unpack(self, p: NDArray[np.float64]) -> SimpleNamespace:
+        """The blocks of a numeric vector."""
+        blocks = np.split(p, np.cumsum(list(self.sizes.values()))[:-1])
+        return SimpleNamespace(**dict(zip(self.sizes, blocks, strict=True)))
+
     def pack(self, values: Mapping[str, Any]) -> NDArray[np.float64]:
         """The numeric vector; every block must be given, with its size."""
         parts = [np.atleast_1d(np.asarray(values[name], dtype=float)).ravel() for name in self.sizes]

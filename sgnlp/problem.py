@@ -12,7 +12,7 @@ from sgnlp.energies import TERMS
 from sgnlp.errors import InputError
 from sgnlp.gpis import Gpis, fit
 from sgnlp.hand import Hand, load_hand
-from sgnlp.nlp import Nlp, variable_units
+from sgnlp.nlp import Nlp, lifted_units, variable_units
 from sgnlp.observation import Observation
 from sgnlp.settings import Settings
 from sgnlp.structure import Structure, structure
@@ -36,7 +36,7 @@ class Problem:
     com: Array  # (3,) [m], centre of mass: the middle of the box
 
     def structure(self, formulation: str) -> Structure:
-        """The structure of the symbolic functions for the formulation `penalty`, `constrained` or `elastic`."""
+        """The structure of the symbolic functions of a formulation, `penalty`, `constrained`, `elastic` or `lifted`."""
         return structure(self.settings, formulation)
 
     def weights(self) -> Array:
@@ -91,7 +91,7 @@ class Problem:
         )
 
     def variable_bounds(self, nlp: Nlp, joints: Array) -> tuple[Array, Array]:
-        """Bounds (nx,) of the scaled variables for the seed `joints` (n), and of the slacks of an elastic program."""
+        """Bounds (nx,) of the scaled variables for the seed `joints` (n): equations alone bind what is lifted."""
         limits, m = self.settings.limits, len(self.hand.fingers)
         side = self.gpis.radius / np.sqrt(3)  # of the cube inside the surface model's ball
         wrist = np.repeat([limits.wrist_travel, MAX_TURN], 3)
@@ -99,10 +99,17 @@ class Problem:
         targets = np.tile(self.gpis.centre, m)
         low = [-wrist, self.hand.lower - joints, targets - side, gains[0]]
         high = [wrist, self.hand.upper - joints, targets + side, gains[1]]
-        slacks, units = slack_bounds(nlp, *self.row_bounds(nlp)), variable_units(self.hand)
+        added_low = added_high = np.zeros(0)
+        if nlp.structure.formulation == "elastic":
+            added_high = slack_bounds(nlp, *self.row_bounds(nlp))
+            added_low = np.zeros_like(added_high)
+        elif nlp.structure.lifted:
+            added_high = np.full(len(lifted_units(self.hand)), np.inf)
+            added_low = -added_high
+        units = variable_units(self.hand)
         return (
-            np.concatenate([np.concatenate(low) / units, np.zeros_like(slacks)]),
-            np.concatenate([np.concatenate(high) / units, slacks]),
+            np.concatenate([np.concatenate(low) / units, added_low]),
+            np.concatenate([np.concatenate(high) / units, added_high]),
         )
 
     def gain_bounds(self) -> tuple[Array, Array]:

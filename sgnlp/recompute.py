@@ -68,7 +68,9 @@ def recompute(problem: Problem, wrist: Array, joints: Array, targets: Array, gai
         torques=joint_torques(hand, wrist, joints, forces),
         torques_eq=joint_torques(hand, wrist, joints, forces_eq),
         effort=hand.effort,
-        wrench=np.stack([forces.sum(axis=0) - load, np.cross(p - problem.com, forces).sum(axis=0)]),
+        wrench=_wrench(forces, p - problem.com, load),
+        wrench_eq=_wrench(forces_eq, p_eq - (R @ problem.com + t), load),
+        tip_errors=np.zeros_like(a),
         normals=normals,
         normals_eq=normals @ R.T,
         gaps=gpis.distance(p - pad[:, None] * normals),
@@ -92,6 +94,11 @@ def recompute(problem: Problem, wrist: Array, joints: Array, targets: Array, gai
         force_min=problem.settings.limits.force_min,
     )
     return grasp, t
+
+
+def _wrench(forces: Array, arms: Array, load: Array) -> Array:
+    """Net force and torque (2, 3) on the object of forces (m, 3) at arms (m, 3) and its load (3)."""
+    return np.stack([forces.sum(axis=0) - load, np.cross(arms, forces).sum(axis=0)])
 
 
 def rotation_angle(R: Any) -> float:

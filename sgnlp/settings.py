@@ -204,6 +204,9 @@ class Smoothing(Checked):
     """saturation of the exponent of the contact density"""
 
 
+Formulation = Literal["penalty", "constrained", "two_phase", "elastic", "lifted"]
+
+
 @dataclass(frozen=True)
 class Solver(Checked):
     """Formulation, Ipopt's options and limits."""
@@ -218,9 +221,10 @@ class Solver(Checked):
         "elastic_weight": POSITIVE,
     }
 
-    formulation: Literal["penalty", "constrained", "two_phase", "elastic"] = "two_phase"
-    """the whole energy; constraints with the rest of the energy; a few iterations of the first, then the second, or
-    then the second with slacks: it tells which constraints cannot be met, and by how much"""
+    formulation: Formulation = "two_phase"
+    """the whole energy; constraints with the rest of the energy; a few iterations of the first, then the second; or
+    then the second with slacks: it tells which constraints cannot be met, and by how much; or the second alone over
+    tips and the pose at equilibrium too"""
     elastic_weight: float = 30.0
     """cost of a violation by the scale of its row (1 cm, 1 N, a margin of 1), in 100 of the energy, where elastic"""
     penalty_iterations: int = 25

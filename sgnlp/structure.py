@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 
+from sgnlp.errors import InputError
 from sgnlp.settings import Settings
 
 
@@ -16,6 +17,11 @@ class Structure:
     metric: str = "spring"
     heuristic: bool = False
     torques: bool = False
+
+    @property
+    def lifted(self) -> bool:
+        """Whether tips and the pose at equilibrium are variables."""
+        return self.formulation == "lifted"
 
     @property
     def traits(self) -> tuple[str, ...]:
@@ -34,8 +40,14 @@ class Structure:
 
 
 def structure(settings: Settings, formulation: str) -> Structure:
-    """The structure of a formulation, `penalty`, `constrained` or `elastic`."""
+    """The structure of a formulation: `penalty`, `constrained`, `elastic` or `lifted`.
+
+    Raises `InputError` if the formulation cannot say what the settings ask for.
+    """
     contact = settings.contact
+    if formulation == "lifted" and (contact.metric, contact.equilibrium) != ("spring", "exact"):
+        asked = f"--contact.metric {contact.metric} --contact.equilibrium {contact.equilibrium}"
+        raise InputError(f"--solver.formulation lifted balances springs exactly: it knows no {asked}")
     return Structure(
         formulation=formulation,
         samples=contact.samples,

@@ -33,9 +33,10 @@ class Model:
         m, n, K = len(hand.fingers), len(hand.joint_names), structure.samples
         x = chain.x * units
         v, self.o = x[: 6 + n], ca.reshape(x[6 + n : 6 + n + 3 * m], 3, m).T
-        self.k = x[6 + n + 3 * m :]
+        self.k = x[6 + n + 3 * m : 6 + n + 4 * m]
+        self.lifted = x[6 + n + 4 * m :]  # of the lifted formulation: tips, Gibbs vector and shift
         frames = forward(hand, par.wrist, par.joints, v)
-        a = chain.lift("tips", frames.tips)
+        a = chain.lift("tips", ca.reshape(self.lifted[: 3 * m], 3, m).T if structure.lifted else frames.tips)
         s = self._spheres(hand, chain, frames.spheres, a)
         p = chain.lift("contacts", self.o + par.c * (a - self.o))
         along = np.linspace(0.0, 1.0, K)  # from the pregrasp tip to the target
@@ -66,6 +67,27 @@ class Model:
         jets = [self.jets[2][:, JET * a : JET * (a + 1)] for a in range(3)]
         return ca.horzcat(*[expand(J, delta) for J in jets])
 
+    def _equilibrium(
+        self, structure: Structure, chain: Chain, par: SimpleNamespace, p: ca.SX, o: ca.SX
+    ) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """R (3, 3), ρ and t (3) of the equilibrium, as variables or by their closed forms."""
+        if structure.equilibrium == "printed":
+            B = equilibrium.printed_profile(p, o, self.k)
+        else:
+            B = equilibrium.profile(p, o, self.k, par.mass, par.com)
+        B = chain.lift("profile", B)
+        if structure.lifted:
+            turn, shift = ca.vertsplit(self.lifted[-6:], 3)
+            R = equilibrium.turned(turn)
+            rho = equilibrium.stiffness(R, B)
+        else:
+            R, rho = equilibrium.rotation(B, chain.freeze("root", equilibrium.root_guess(B)))
+        attitude = chain.lift("attitude", ca.vertcat(ca.vec(R), rho))
+        R, rho = ca.reshape(attitude[:9], 3, 3), attitude[9]
+        if structure.lifted:
+            return R, rho, par.com + shift - R @ par.com
+        return R, rho, equilibrium.translation(R, p, o, self.k, par.mass)
+
     def _grasp(
         self,
         hand: Hand,
@@ -77,19 +99,12 @@ class Model:
     ) -> Grasp:
         a, s, p, o, v, normals = places
         m, K, k = len(hand.fingers), structure.samples, self.k
-        if structure.equilibrium == "printed":
-            B = equilibrium.printed_profile(p, o, k)
-        else:
-            B = equilibrium.profile(p, o, k, par.mass, par.com)
-        B = chain.lift("profile", B)
-        R, rho = equilibrium.rotation(B, chain.freeze("root", equilibrium.root_guess(B)))
-        attitude = chain.lift("attitude", ca.vertcat(ca.vec(R), rho))
-        R, rho = ca.reshape(attitude[:9], 3, 3), attitude[9]
-        t = equilibrium.translation(R, p, o, k, par.mass)
+        R, rho, t = self._equilibrium(structure, chain, par, p, o)
         p_eq = chain.lift("contacts_eq", p @ R.T + ca.repmat(t.T, m, 1))
         gain = ca.repmat(k, 1, 3)
         centre, turn = ca.repmat(par.com.T, m, 1), ca.reshape(par.turn, 3, 3)
-        arms, forces, load = p - centre, gain * (o - p), ca.vertcat(0, 0, -par.mass * equilibrium.GRAVITY)
+        arms, forces, forces_eq = p - centre, gain * (o - p), gain * (o - p_eq)
+        arms_eq = p_eq - ca.repmat((R @ par.com + t).T, m, 1)
         pad = par.pad * self.radii
         links = [i for i in range(len(hand.spheres)) if i not in hand.tip_spheres]
         radii = np.array([sphere.radius for sphere in hand.spheres])
@@ -98,7 +113,7 @@ class Model:
         variance = chain.lift("variance", expand(self.jets[1], delta[:V, :]))
         clearances = distance[V : D - m] - radii
         deviation = ca.sqrt(ca.fmax(variance, 0) + MIN_DEVIATION**2)
-        torques, torques_eq = (_torques(tips, chain.x, f)[6 : v.numel()] for f in (forces, gain * (o - p_eq)))
+        torques, torques_eq = (_torques(tips, chain.x, f)[6 : v.numel()] for f in (forces, forces_eq))
         pairs = [ca.norm_2(s[i, :] - s[j, :]) - radii[i] - radii[j] for i, j in hand.pairs]
         return Grasp(
             joints=par.joints + v[6:],
@@ -113,11 +128,13 @@ class Model:
             rotation_desired=turn,
             stiffness=rho,
             forces=forces,
-            forces_eq=gain * (o - p_eq),
+            forces_eq=forces_eq,
             torques=torques,
             torques_eq=torques_eq,
             effort=hand.effort,
-            wrench=ca.vertcat(ca.sum1(forces) + load.T, ca.sum1(ca.cross(arms, forces, 2))),
+            wrench=_wrench(forces, arms, par.mass),
+            wrench_eq=_wrench(forces_eq, arms_eq, par.mass),
+            tip_errors=a - tips,
             normals=normals,
             normals_eq=normals @ R.T,
             gaps=distance[D - m :] - (1 - par.foot) * pad,
@@ -140,6 +157,12 @@ class Model:
             friction=par.friction,
             force_min=par.force_min,
         )
+
+
+def _wrench(forces: ca.SX, arms: ca.SX, mass: ca.SX) -> ca.SX:
+    """Net force and torque (2, 3) on the object of forces (m, 3) at arms (m, 3) from its centre of mass."""
+    load = ca.horzcat(0, 0, mass * equilibrium.GRAVITY)
+    return ca.vertcat(ca.sum1(forces) - load, ca.sum1(ca.cross(arms, forces, 2)))
 
 
 def _torques(tips: ca.SX, x: ca.SX, forces: ca.SX) -> ca.SX:

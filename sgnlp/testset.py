@@ -12,7 +12,7 @@ from pinocchio.liegroups import SE3
 from sgnlp import load_nlp, results
 from sgnlp.closed import functions
 from sgnlp.compiled import program
-from sgnlp.elastic import stretched
+from sgnlp.handover import handed_over
 from sgnlp.ipopt import Iterate, Planner, schedule
 from sgnlp.kinematics import integrate
 from sgnlp.nlp import variable_units
@@ -128,7 +128,7 @@ def _first(problem: Problem, start: Start, oracle: Oracle, p: Array, g_bounds: t
     for _, iterations in schedule(solver)[:-1]:
         first = replace(solver, formulation="penalty", max_iterations=iterations)
         x = Planner(replace(problem, settings=replace(problem.settings, solver=first))).solve(start).x
-    return stretched(oracle.nlp, lambda y: oracle.values(y, p), x, *g_bounds)
+    return handed_over(oracle, x, p, g_bounds)
 
 
 def _seen_from(problem: Problem, start: Start, other: Start, x: Array) -> Array:

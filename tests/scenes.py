@@ -79,11 +79,12 @@ def oracle(settings: Settings, formulation: str) -> Oracle:
 
 
 def random_point(problem: Problem, nlp: Nlp, seed: int, spread: float = 0.05) -> tuple[Start, Array]:
-    """A start and scaled variables near it, inside their bounds."""
+    """A start and scaled variables near it, those that every formulation has, inside their bounds."""
     rng = np.random.default_rng(seed)
     start = starts(problem, len(problem.hand.wrist_starts), 0)[rng.integers(len(problem.hand.wrist_starts))]
-    x = initial(nlp, start) + spread * rng.normal(size=len(nlp.units))
-    low, high = problem.variable_bounds(nlp, start.joints)
+    x = initial(nlp, start)
+    x += spread * rng.normal(size=len(x))
+    low, high = (bound[: len(x)] for bound in problem.variable_bounds(nlp, start.joints))
     return start, np.clip(x, low + spread / 10, high - spread / 10)
 
 

@@ -9,13 +9,13 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "sgnlp"
 STAGES = (
-    "errors checked settings presets toolchain",
+    "errors checked orphans settings presets toolchain",
     "open3d_files clouds sampling observation depth depth_files",
     "meshes truth cameras scenes settling",
     "kernels training gpis",
     "nodes handmodel handfile hand kinematics",
     "equilibrium grasp ops energies constraints names",
-    "structure chain jets native parameters symbolic nlp codegen elastic compiled oracle closed kkt",
+    "structure chain jets native parameters symbolic nlp codegen elastic lifted compiled oracle handover closed kkt",
     "problem starts violations ipopt recompute approach solution pool plan",
     "firstorder solvers",
     "flagwords environment grasps simulation results summary workers batch report plots",

@@ -40,6 +40,11 @@ def margin(forces, normals, friction):
     return np.array(cosines) - np.cos(np.arctan(friction))
 
 
+def from_centre(g: Grasp) -> np.ndarray:
+    """The contacts at equilibrium from the centre of mass there: the object turns rigidly."""
+    return (g.contacts - posed(HEAVY).com) @ g.rotation.T
+
+
 FORMULAS = {
     "stiffness": lambda g: g.stiffness,
     "rotation": lambda g: np.trace(g.rotation),
@@ -64,6 +69,9 @@ FORMULAS = {
     "force_initial": lambda g: np.sqrt((g.forces**2).sum(axis=1)),
     "net_force": lambda g: (g.gains[:, None] * (g.targets - g.contacts)).sum(axis=0) - [0, 0, 0.2 * GRAVITY],
     "net_torque": lambda g: sum(np.cross(p - posed(HEAVY).com, f) for p, f in zip(g.contacts, g.forces, strict=True)),
+    "tip": lambda g: np.zeros((4, 3)),
+    "balance_force": lambda g: (g.gains[:, None] * (g.targets - g.contacts_eq)).sum(axis=0) - [0, 0, 0.2 * GRAVITY],
+    "balance_torque": lambda g: sum(np.cross(p, f) for p, f in zip(from_centre(g), g.forces_eq, strict=True)),
     "gains": lambda g: g.gains * g.contact_deviations,
 }
 
@@ -75,7 +83,7 @@ def g() -> Grasp:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_rows_of_a_constraint_are_those_of_its_equation(g, name):
-    np.testing.assert_allclose(rows(name, g), np.atleast_1d(FORMULAS[name](g)), rtol=1e-10)
+    np.testing.assert_allclose(rows(name, g), np.atleast_1d(FORMULAS[name](g)), rtol=1e-10, atol=1e-11)
 
 
 def turned(angle_deg: float) -> np.ndarray:
@@ -97,6 +105,9 @@ BAD = {  # what makes a grasp violate each constraint, and what does not
     "contact_table": ({"contact_heights": np.array([-1e-4])}, {"contact_heights": np.array([1e-4])}),
     "equilibrium_table": ({"contact_heights_eq": np.array([-1e-4])}, {"contact_heights_eq": np.array([1e-4])}),
     "sag": ({"gains": np.full(4, 40.0)}, {"gains": np.full(4, 60.0)}),  # 0.2 kg over 1 cm: 196 N/m
+    "tip": ({"tip_errors": np.eye(4, 3) * 1e-4}, {"tip_errors": np.zeros((4, 3))}),
+    "balance_force": ({"wrench_eq": np.array([[0, 0, 1e-3], [0, 0, 0]])}, {"wrench_eq": np.zeros((2, 3))}),
+    "balance_torque": ({"wrench_eq": np.array([[0, 0, 0], [0, -1e-3, 0]])}, {"wrench_eq": np.zeros((2, 3))}),
     "torque_initial": ({"torques": np.eye(16)[3] * -0.72}, {"torques": np.eye(16)[3] * -0.68}),
     "torque_equilibrium": ({"torques_eq": np.eye(16)[9] * 0.72}, {"torques_eq": np.eye(16)[9] * 0.68}),
     "force_initial": ({"forces": np.full((4, 3), 7.0)}, {"forces": np.full((4, 3), 3.0)}),

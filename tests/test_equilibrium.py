@@ -9,15 +9,19 @@ from finite_differences import assert_jacobian, jacobian
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scenes import random_rotation
+from scipy.spatial.transform import Rotation
 
 from sgnlp.equilibrium import (
     GRAVITY,
     adjugate,
+    gibbs_vector,
     printed_profile,
     profile,
     root_guess,
     rotation,
+    stiffness,
     translation,
+    turned,
 )
 
 M = 4
@@ -112,8 +116,9 @@ def test_the_rotation_and_its_stiffness_equal_those_of_an_svd(kind):
         R, (s1, s2, s3) = nearest_rotation(B)
         found, rho, _ = (np.array(a) for a in VALUE(B))
         np.testing.assert_allclose(found, R, atol=1e-9)
-        stiffness = (s1 + s2) * (s2 + s3) * (s1 + s3) / (s1 + s2 + s3) ** 2
-        assert rho.item() == pytest.approx(stiffness, rel=1e-9)
+        expected = (s1 + s2) * (s2 + s3) * (s1 + s3) / (s1 + s2 + s3) ** 2
+        assert rho.item() == pytest.approx(expected, rel=1e-9)
+        assert float(stiffness(ca.DM(R), ca.DM(B))) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -286,3 +291,20 @@ def test_scaling_all_gains_keeps_the_pose_and_scales_the_stiffness(seed, factor)
     np.testing.assert_allclose(R_, R, atol=1e-7)
     np.testing.assert_allclose(t_, t, atol=1e-7)
     assert rho_ == pytest.approx(factor * rho, rel=1e-6)
+
+
+@given(angle=st.floats(1e-9, 3.1), seed=st.integers(0, 10_000))
+@settings(max_examples=50)
+def test_a_gibbs_vector_is_the_axis_times_the_tangent_of_half_the_angle(angle, seed):
+    axis = random_rotation(np.random.default_rng(seed))[:, 0]
+    expected, w = Rotation.from_rotvec(angle * axis).as_matrix(), np.tan(angle / 2) * axis
+    np.testing.assert_allclose(np.array(turned(ca.DM(w))), expected, atol=1e-12)
+    np.testing.assert_allclose(np.array(gibbs_vector(ca.DM(expected))).ravel(), w, rtol=1e-7, atol=1e-12)
+
+
+def test_the_stiffness_of_a_rotation_that_is_a_saddle_has_another_sign_or_is_less():
+    for B in profiles("random", 50, seed=5):
+        R, _ = nearest_rotation(B)
+        axis = np.linalg.svd(B)[0][:, 0]  # a half turn about it is an equilibrium too, and no minimum
+        saddle = float(stiffness(ca.DM(_turn(axis, np.pi) @ R), ca.DM(B)))
+        assert saddle < float(stiffness(ca.DM(R), ca.DM(B)))

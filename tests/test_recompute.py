@@ -57,6 +57,7 @@ def test_the_numpy_grasp_equals_the_symbolic_one(settings, seed):
     assert {"tips", "contacts_eq", "rotation", "stiffness", "forces_eq", "pair_clearances"} <= smooth.keys()
     assert {
         "wrench",
+        "wrench_eq",
         "contacts_desired",
         "torques",
         "torques_eq",
@@ -87,6 +88,7 @@ def test_contacts_forces_and_normals_obey_the_equations_of_the_grasp():
     np.testing.assert_allclose(g.forces, g.gains[:, None] * (g.targets - g.contacts))
     np.testing.assert_allclose(g.forces_eq, g.gains[:, None] * (g.targets - g.contacts_eq))
     np.testing.assert_allclose(g.forces_eq.sum(axis=0), [0, 0, 0.3 * GRAVITY], atol=1e-10)
+    np.testing.assert_allclose(g.wrench_eq, 0, atol=1e-10)
     np.testing.assert_allclose(np.linalg.norm(g.normals, axis=1), 1, rtol=1e-4)
     shape, shape_eq = (np.linalg.norm(p[:, None] - p[None], axis=2) for p in (g.contacts, g.contacts_eq))
     np.testing.assert_allclose(shape, shape_eq, atol=1e-12)  # the object is rigid

@@ -5,7 +5,7 @@ from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import tyro
 from rich.console import Console
@@ -23,6 +23,7 @@ from sgnlp.compare.table import Table
 from sgnlp.errors import InputError
 from sgnlp.hand import load_hand
 from sgnlp.observation import Observation
+from sgnlp.settings import Formulation
 from sgnlp.studies.study import Case, Setup, collect
 from sgnlp.workers import Workers
 
@@ -39,7 +40,7 @@ class Compare(Tabling, Starting):
     """the clouds"""
     solvers: tuple[str, ...] = ()
     """names of `sgnlp solvers`; all but those known to fail here if none is named"""
-    formulations: tuple[Literal["penalty", "constrained", "two_phase", "elastic"], ...] = ("penalty", "constrained")
+    formulations: tuple[Formulation, ...] = ("penalty", "constrained")
     """what is solved"""
     starts: int = 3
     """initial guesses for a cloud, the same for every solver; more of them later are added"""

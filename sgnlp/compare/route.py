@@ -4,7 +4,6 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +11,8 @@ import numpy as np
 
 from sgnlp import solvers
 from sgnlp.compiled import program
-from sgnlp.elastic import stretched
 from sgnlp.firstorder import learning_rates
+from sgnlp.handover import handed_over
 from sgnlp.ipopt import Course, Iterate, schedule
 from sgnlp.kkt import Kkt
 from sgnlp.nlp import Nlp
@@ -98,7 +97,7 @@ class Route:
             g_bounds=problem.row_bounds(nlp),
             tolerance=ASKED * tolerance,
             iterations=iterations,
-            rates=np.pad(rates, (0, len(nlp.units) - len(rates)), constant_values=np.nan),  # slacks have none
+            rates=np.pad(rates, (0, len(nlp.units) - len(rates)), constant_values=np.nan),  # others have none
         )
         return Stage(oracle, meter, task, method.prepare(task))
 
@@ -153,9 +152,8 @@ class Stage:
     solve: Solve
 
     def admitted(self, x: Array) -> Array:
-        """A point within the bounds, with the slacks that it needs if the formulation has some."""
-        rows = partial(self.oracle.values, p=self.task.p)
-        return np.clip(stretched(self.oracle.nlp, rows, x, *self.task.g_bounds), *self.task.x_bounds)
+        """A point within the bounds, with the variables that the formulation adds."""
+        return np.clip(handed_over(self.oracle, x, self.task.p, self.task.g_bounds), *self.task.x_bounds)
 
     @property
     def judged(self) -> Task:
