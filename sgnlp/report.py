@@ -182,9 +182,12 @@ def facts_table(title: str, facts: dict[str, Any]) -> Table:
     return table
 
 
-def rows_table(title: str, lines: list[dict[str, str]]) -> Table:
-    """Lines of equal keys as a table."""
+def rows_table(title: str, lines: list[dict[str, str]], prose: str = "") -> Table:
+    """Lines of equal keys as a table; the column `prose` is text to read."""
     table = _table(title, *lines[0])
+    for column in table.columns:
+        if column.header == prose:
+            column.justify = "left"
     for line in lines:
         table.add_row(*line.values())
     return table

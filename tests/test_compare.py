@@ -14,6 +14,7 @@ from scenes import SMALL, ellipsoid
 from sgnlp import plots, results, solvers
 from sgnlp.cli import run
 from sgnlp.compare import page
+from sgnlp.compare.formulations import across
 from sgnlp.compare.measures import data_profile, decreased, performance_profile, shifted_geometric_mean, wins
 from sgnlp.compare.route import Run
 from sgnlp.compare.row import Row
@@ -141,6 +142,22 @@ def test_exact_and_limited_hessians_are_compared_on_the_same_starts():
 )
 def test_a_solvers_word_of_success_is_understood(status, said):
     assert claims(status) == said
+
+
+def test_formulations_are_told_apart_by_success_time_and_the_margin_of_the_widest_feasible_solution():
+    assert not across(Table(ROWS), "ipopt")
+    lifted = [
+        *both(formulation="lifted", margin=0.1, cpu=0.3, iterations=30),
+        *both(formulation="lifted", start=1, margin=0.4, feasible=False),
+        *both(formulation="lifted", object="can", feasible=False),
+        *missed("slsqp", formulation="lifted"),
+    ]
+    penalty = both(margin=0.2) + both(start=1, margin=0.3) + both(object="can", margin=0.5)
+    first, second = across(Table(penalty + lifted), "ipopt")
+    assert (first["formulation"], first["objects planned"], first["margin, mean"]) == ("penalty", "2 of 2", "0.4")
+    assert (second["formulation"], second["objects planned"], second["margin, mean"]) == ("lifted", "1 of 2", "0.1")
+    assert (second["starts"], second["iterations"], second["mean time [s]"]) == ("3", "50", "0.233")
+    assert second["feasible [%]"].startswith("33")
 
 
 def test_the_page_has_every_section_and_every_figure_draws():

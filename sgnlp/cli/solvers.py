@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from rich.console import Console
 
 from sgnlp import report, solvers
+from sgnlp.cli import codes
+from sgnlp.solvers.anatomy import Method
 from sgnlp.solvers.probe import missing
 
 
@@ -14,15 +16,16 @@ class Solvers:
 
     def run(self, console: Console) -> int:
         """One row a solver."""
-        lines = [
-            {
-                "name": method.name,
-                "kind": method.kind,
-                "derivatives": str(method.derivatives),
-                "runs": missing(method) or "yes",
-                "what it is": f"{method.summary}; {method.known}" if method.known else method.summary,
-            }
-            for method in solvers.found().values()
-        ]
-        console.print(report.rows_table("Solvers", lines))
-        return 0
+        lines = [_line(method, missing(method)) for method in solvers.found().values()]
+        console.print(report.rows_table("Solvers", lines, prose="what it is"))
+        return codes.FEASIBLE
+
+
+def _line(method: Method, missing: str) -> dict[str, str]:
+    """The line of a solver, and what keeps it from running here."""
+    about = [method.summary, missing or method.known]
+    return {
+        "name": method.name,
+        "runs": "no" if missing else "yes",
+        "what it is": f"{method.kind}: {'; '.join(part for part in about if part)}",
+    }

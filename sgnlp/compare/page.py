@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from sgnlp.compare import carried, figures
+from sgnlp.compare.formulations import across
 from sgnlp.compare.measures import SHIFT
 from sgnlp.compare.route import ASKED
 from sgnlp.compare.runs import GRACE
 from sgnlp.compare.table import ADMISSIBLE, DECREASE, SAME, Table, effort, failures, liars, optima, pairs, success
-from sgnlp.compare.verdict import advice, hessians, verdicts
+from sgnlp.compare.verdict import EXACT, advice, hessians, verdicts
 from sgnlp.plots import Panel
 from sgnlp.report import markdown
 from sgnlp.solvers import found
@@ -17,7 +18,7 @@ from sgnlp.studies.study import Lines, Tables
 __all__ = ["CAPTIONS", "figures_of", "page", "tables", "verdicts"]
 
 SIZE = 38
-"""Variables of the program of the Allegro hand: the unit of work is n + 1 calls."""
+"""Variables that every formulation has of the Allegro hand: the unit of work is n + 1 calls."""
 CAPTIONS = {
     "profiles": "Performance profiles (Dolan & Moré): the share of runs solved to the tolerance within a factor of the "
     "fastest solver of each run. Processor time; failures are infinite.",
@@ -53,6 +54,7 @@ def page(table: Table, how: dict[str, Any], simulated: Sequence[carried.Row]) ->
         *_bullets(verdicts(table)),
         *(_section(title, lines) for title, lines in tables(table).items()),
         _times(table),
+        _section(f"Formulations, by `{EXACT}`", across(table, EXACT)),
         *(_figure(name) for name in figures_of(table)),
         _section("Exact against limited-memory Hessian", hessians(table)),
     ]
