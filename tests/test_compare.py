@@ -4,6 +4,7 @@ import math
 import os
 import signal
 from dataclasses import replace
+from importlib.util import find_spec
 from itertools import pairwise
 from pathlib import Path
 
@@ -19,7 +20,7 @@ from sgnlp.compare.measures import data_profile, decreased, performance_profile,
 from sgnlp.compare.route import Run
 from sgnlp.compare.row import Row
 from sgnlp.compare.runs import rows_of
-from sgnlp.compare.table import Table, claims, optima, success
+from sgnlp.compare.table import Table, claims, optima, pairs, success
 from sgnlp.compare.verdict import advice, hessians, verdicts
 from sgnlp.solvers.anatomy import Answer, Method
 
@@ -160,15 +161,28 @@ def test_formulations_are_told_apart_by_success_time_and_the_margin_of_the_wides
     assert second["feasible [%]"].startswith("33")
 
 
+HOW = {
+    "command": "sgnlp compare",
+    "study": {"time_limit": 3.0, "repeats": 2},
+    "versions": {"casadi": "3"},
+    "machine": {"processor": "P", "system": "S"},
+}
+
+
 def test_the_page_has_every_section_and_every_figure_draws():
     table = Table([replace(row, trace="0.1:-10:1 0.2:-20:0.1") if row.cpu else row for row in ROWS])
-    how = {"command": "sgnlp compare", "study": {"time_limit": 3.0, "repeats": 2}, "versions": {"casadi": "3"}}
-    text = page.page(table, how | {"machine": {"processor": "P", "system": "S"}}, [])
+    text = page.page(table, HOW, [])
     for title in ("Which solver should I use?", "What was expected", "Exact against limited", "How it was measured"):
         assert title in text
     for name, panels in page.figures_of(table).items():
         assert f"![{name}]({name}.svg)" in text
         assert plots.draw(panels, page.CAPTIONS[name])["svg"].startswith(b"<?xml")
+
+
+def test_one_solver_alone_has_no_profiles_and_is_faster_than_none():
+    table = Table([replace(row, trace="0.1:-10:1 0.2:-20:0.1") for row in both() + both(formulation="lifted")])
+    assert set(page.figures_of(table)) == {"courses"}
+    assert pairs(table, "penalty") == []
 
 
 # --- runs ------------------------------------------------------------------------------------------------------------
@@ -268,9 +282,24 @@ def test_a_study_goes_on_and_takes_more_starts_and_solvers(tmp_path, monkeypatch
     assert run([*common, "--solvers", "ipopt", "fatrop", "--starts", "2"]) == 0
     assert worked == [("ipopt", 0), ("fatrop", 0), ("ipopt", 1), ("fatrop", 1)]
     assert len(results.read_rows(tmp_path / "out" / "rows.csv", Row)) == 8
+    assert run([*common, "--solvers", "all", "--starts", "1"]) == 0
+    assert {name for name, _ in worked} == set(solvers.found())
     assert (tmp_path / "out" / "report.md").read_text().startswith("# Which solver should I use?")
     assert run([*common, "--solvers", "ipopt", "--starts", "1", "--time-limit", "9"]) == 3
     assert "other settings" in capfd.readouterr().err
+
+
+@pytest.mark.skipif(find_spec("pyarrow") is None, reason="needs the package pyarrow")
+def test_the_rows_are_written_as_parquet_too(tmp_path, capfd):
+    from pyarrow import parquet
+
+    results.write_rows(tmp_path / "rows.csv", ROWS)
+    results.write_text(tmp_path / "made.json", results.json_text(HOW))
+    assert run(["compare", "--redraw", "--parquet", "--out", str(tmp_path)]) == 0
+    assert "written" in capfd.readouterr().out
+    columns = parquet.read_table(tmp_path / "rows.parquet").to_pydict()
+    assert columns["solver"] == [row.solver for row in ROWS]
+    assert columns["iterations"] == [row.iterations for row in ROWS]
 
 
 def test_bad_flags_are_named(tmp_path, capfd):

@@ -28,6 +28,8 @@ from sgnlp.studies.study import Case, Setup, collect
 from sgnlp.workers import Workers
 
 MADE, SIMULATED = "made.json", "simulated.csv"
+EVERY = "all"
+"""In the place of the solvers' names."""
 
 
 @dataclass(kw_only=True)
@@ -39,7 +41,7 @@ class Compare(Tabling, Starting):
     files: tyro.conf.Positional[tuple[Path, ...]] = ()
     """the clouds"""
     solvers: tuple[str, ...] = ()
-    """names of `sgnlp solvers`; all but those known to fail here if none is named"""
+    """names of `sgnlp solvers`, or `all`; all but those known to fail here if none is named"""
     formulations: tuple[Formulation, ...] = ("penalty", "constrained")
     """what is solved"""
     starts: int = 3
@@ -77,9 +79,7 @@ class Compare(Tabling, Starting):
         return codes.FEASIBLE
 
     def _work(self, console: Console) -> None:
-        names = self.solvers or tuple(name for name, method in solvers.found().items() if not method.known)
-        for name in names:
-            solvers.method(name)
+        names = self._names()
         if not self.files:
             raise InputError("there is nothing to compare on: no file is named")
         results.writable(self.out)
@@ -100,6 +100,14 @@ class Compare(Tabling, Starting):
                 rows = Table(results.read_rows(self.out / ROWS, Row))
                 cases = carried.cases(rows, self._runs(observations, names))
                 self._collect(console, cases, carried.Row, SIMULATED, bar("simulate", None))
+
+    def _names(self) -> tuple[str, ...]:
+        found = solvers.found()
+        if self.solvers == (EVERY,):
+            return tuple(found)
+        for name in self.solvers:
+            solvers.method(name)
+        return self.solvers or tuple(name for name, method in found.items() if not method.known)
 
     def _facts(self) -> dict[str, Any]:
         """What rows depend on, beside clouds, solvers, formulations and starts, which can be added to."""

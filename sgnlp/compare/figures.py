@@ -31,8 +31,10 @@ def shown(table: Table) -> list[str]:
 
 
 def profiles(table: Table) -> list[Panel]:
-    """Dolan & Moré's profiles of processor time, for each formulation and tolerance."""
+    """Dolan & Moré's profiles of processor time, for each formulation and tolerance, where solvers can be compared."""
     solvers = shown(table)
+    if len(table.solvers) < 2:
+        return []
     return [
         _panel(
             TITLES.format(formulation, tolerance),
@@ -47,8 +49,10 @@ def profiles(table: Table) -> list[Panel]:
 
 
 def data_profiles(table: Table, size: int) -> list[Panel]:
-    """Moré & Wild's profiles of calls, for each formulation of `size` variables."""
+    """Moré & Wild's profiles of calls, for each formulation of `size` variables, where solvers can be compared."""
     solvers = shown(table)
+    if len(table.solvers) < 2:
+        return []
     return [
         _panel(
             formulation,

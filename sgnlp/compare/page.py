@@ -47,6 +47,7 @@ def figures_of(table: Table) -> dict[str, list[Panel]]:
 
 def page(table: Table, how: dict[str, Any], simulated: Sequence[carried.Row]) -> str:
     """The page in Markdown."""
+    tight = table.tolerances[-1]
     parts = [
         "# Which solver should I use?\n",
         *_bullets(advice(table)),
@@ -62,9 +63,7 @@ def page(table: Table, how: dict[str, Any], simulated: Sequence[carried.Row]) ->
         parts += [
             _section(f"{name}: local optima", optima(table, name)),
             _section(f"{name}: effort, medians", effort(table, name)),
-            _section(
-                f"{name}: faster than, percent of the common runs to {table.tolerances[-1]:g}", pairs(table, name)
-            ),
+            _section(f"{name}: faster than, percent of the common runs to {tight:g}", pairs(table, name)),
         ]
     if simulated:
         parts.append(_section("The first choice in simulation, success in percent", carried.lines(simulated)))

@@ -200,7 +200,9 @@ def optima(table: Table, formulation: str) -> Lines:
 def pairs(table: Table, formulation: str, most: int = 8) -> Lines:
     """In how many percent of the common instances the solver of the line is faster than that of the column."""
     times, names = table.times(formulation, table.tolerances[-1]), table.order(formulation)[:most]
-    lines = []
+    if len(names) < 2:
+        return []
+    lines: Lines = []
     for one in names:
         line = {"faster": one}
         for other in names:
