@@ -14,8 +14,7 @@ from scenes import SMALL, ellipsoid
 
 from sgnlp import plots, results, solvers
 from sgnlp.cli import run
-from sgnlp.compare import page
-from sgnlp.compare.formulations import across
+from sgnlp.compare import formulations, page
 from sgnlp.compare.measures import data_profile, decreased, performance_profile, shifted_geometric_mean, wins
 from sgnlp.compare.route import Run
 from sgnlp.compare.row import Row
@@ -146,7 +145,7 @@ def test_a_solvers_word_of_success_is_understood(status, said):
 
 
 def test_formulations_are_told_apart_by_success_time_and_the_margin_of_the_widest_feasible_solution():
-    assert not across(Table(ROWS), "ipopt")
+    assert not formulations.across(Table(ROWS), "ipopt")
     lifted = [
         *both(formulation="lifted", margin=0.1, cpu=0.3, iterations=30),
         *both(formulation="lifted", start=1, margin=0.4, feasible=False),
@@ -154,11 +153,15 @@ def test_formulations_are_told_apart_by_success_time_and_the_margin_of_the_wides
         *missed("slsqp", formulation="lifted"),
     ]
     penalty = both(margin=0.2) + both(start=1, margin=0.3) + both(object="can", margin=0.5)
-    first, second = across(Table(penalty + lifted), "ipopt")
+    first, second = formulations.across(Table(penalty + lifted), "ipopt")
     assert (first["formulation"], first["objects planned"], first["margin, mean"]) == ("penalty", "2 of 2", "0.4")
     assert (second["formulation"], second["objects planned"], second["margin, mean"]) == ("lifted", "1 of 2", "0.1")
     assert (second["starts"], second["iterations"], second["mean time [s]"]) == ("3", "50", "0.233")
     assert second["feasible [%]"].startswith("33")
+    often, optimal, quick = formulations.advice(Table(penalty + lifted), "ipopt")
+    assert often.startswith("Feasible most often: `penalty`, feasible on 100")
+    assert optimal.startswith("At 1e-06 most often: `penalty`")
+    assert quick.startswith("Quickest, in the median: `penalty`")
 
 
 HOW = {

@@ -21,6 +21,22 @@ def across(table: Table, solver: str) -> Lines:
     return [_line(table, name, solver) for name in ran] if len(ran) > 1 else []
 
 
+def advice(table: Table, solver: str) -> list[str]:
+    """Which formulation is feasible most often, which meets the test of optimality, and which is quickest."""
+    lines, tight = across(table, solver), table.tolerances[-1]
+
+    def first(column: str, sign: int) -> str:
+        line = min(lines, key=lambda line: sign * float(line[column].split()[0]))
+        shares = f"feasible on {line['feasible [%]']} %, at {tight:g} on {line[f'{tight:g} [%]']} %"
+        return f"`{line['formulation']}`, {shares} of {line['starts']} starts, {line['time [s]']} s."
+
+    return [
+        f"Feasible most often: {first('feasible [%]', -1)}",
+        f"At {tight:g} most often: {first(f'{tight:g} [%]', -1)}",
+        f"Quickest, in the median: {first('time [s]', 1)}",
+    ]
+
+
 def _line(table: Table, formulation: str, solver: str) -> dict[str, str]:
     ends = [row for (instance, s), row in table.ends.items() if (instance[1], s) == (formulation, solver)]
     margins = widest(ends)

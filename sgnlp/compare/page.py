@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from sgnlp.compare import carried, figures
-from sgnlp.compare.formulations import across
+from sgnlp.compare import carried, figures, formulations
 from sgnlp.compare.measures import SHIFT
 from sgnlp.compare.route import ASKED
 from sgnlp.compare.runs import GRACE
@@ -49,13 +48,12 @@ def page(table: Table, how: dict[str, Any], simulated: Sequence[carried.Row]) ->
     """The page in Markdown."""
     tight = table.tolerances[-1]
     parts = [
-        "# Which solver should I use?\n",
-        *_bullets(advice(table)),
+        *_answer(table),
         "\n## What was expected\n",
         *_bullets(verdicts(table)),
         *(_section(title, lines) for title, lines in tables(table).items()),
         _times(table),
-        _section(f"Formulations, by `{EXACT}`", across(table, EXACT)),
+        _section(f"Formulations, by `{EXACT}`", formulations.across(table, EXACT)),
         *(_figure(name) for name in figures_of(table)),
         _section("Exact against limited-memory Hessian", hessians(table)),
     ]
@@ -74,6 +72,13 @@ def page(table: Table, how: dict[str, Any], simulated: Sequence[carried.Row]) ->
         _how(table, how),
     ]
     return "\n".join(part for part in parts if part)
+
+
+def _answer(table: Table) -> list[str]:
+    """What the page is about: solvers, or the formulations of one."""
+    if table.solvers == [EXACT] and len(table.formulations) > 1:
+        return ["# Which formulation should I use?\n", *_bullets(formulations.advice(table, EXACT))]
+    return ["# Which solver should I use?\n", *_bullets(advice(table))]
 
 
 def _bullets(sentences: Sequence[str]) -> list[str]:
