@@ -14,7 +14,7 @@ from scenes import SMALL, ellipsoid
 
 from sgnlp import plots, results, solvers
 from sgnlp.cli import run
-from sgnlp.compare import formulations, page
+from sgnlp.compare import carried, formulations, page
 from sgnlp.compare.measures import data_profile, decreased, performance_profile, shifted_geometric_mean, wins
 from sgnlp.compare.route import Run
 from sgnlp.compare.row import Row
@@ -162,6 +162,35 @@ def test_formulations_are_told_apart_by_success_time_and_the_margin_of_the_wides
     assert often.startswith("Feasible most often: `penalty`, feasible on 100")
     assert optimal.startswith("At 1e-06 most often: `penalty`")
     assert quick.startswith("Quickest, in the median: `penalty`")
+
+
+def test_the_first_choice_is_the_widest_among_the_answers_at_which_a_solver_ended_by_itself():
+    late = replace(TIGHT, solver="slsqp", reached=False, failure="over 3 s of processor time")
+    tight = [*both(margin=0.2), *both(start=1, margin=0.1)]
+    loose = [replace(GOOD, solver="slsqp", margin=0.1), replace(late, margin=0.4)]
+    none = missed("adamw-1000", margin=0.5)
+    table = Table([*tight, *loose, *[replace(row, feasible=False) for row in none]])
+    run_ = Run(Path("mug.npz"), "allegro_left", SMALL, 0, "penalty", "ipopt", 0, (1e-3, 1e-6), 2, 3.0)
+    keys = {(row.object, row.formulation, row.solver, str(row.start)): row for row in table.rows}
+    runs = {key: replace(run_, solver=row.solver, start=row.start) for key, row in keys.items()}
+    found = {case.key[2]: case.work.args for case in carried.cases(table, runs)}
+    again, first = found["ipopt"]
+    assert (again.start, again.tolerances, first.start, first.margin, first.starts) == (0, (1e-6,), 0, 0.2, 2)
+    again, first = found["slsqp"]
+    assert (again.tolerances, first.margin) == ((1e-3,), 0.1)
+    assert found["adamw-1000"][0] is None
+    assert found["adamw-1000"][1].start == -1
+
+
+def test_solvers_without_a_first_choice_are_named_below_the_table_of_those_with_one():
+    first = carried.Row("mug", "penalty", "slsqp", 1, "", 0, 0.1, "held", 0.5)
+    best, no = replace(first, solver="ipopt", score=1.0), replace(first, solver="sleqp", start=-1, score=0.0)
+    rows = [replace(row, load=load) for row in (first, best, no) for load in carried.LOADS]
+    assert [line["solver"] for line in carried.lines(rows)] == ["ipopt", "slsqp"]
+    assert carried.lines(rows)[1]["planned"] == "1 of 1"
+    assert carried.without(rows) == {"penalty": ["sleqp"]}
+    text = page.page(Table(ROWS), HOW, rows)
+    assert "* penalty: none from sleqp." in text
 
 
 HOW = {

@@ -1,11 +1,13 @@
 """Each solver's first choice carried out in simulation: does the better optimum hold better?"""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+from sgnlp.compare import row as compared
 from sgnlp.compare.route import Run
+from sgnlp.compare.row import Instance
 from sgnlp.compare.runs import chosen
 from sgnlp.compare.table import Table
 from sgnlp.hand import load_hand
@@ -33,13 +35,16 @@ class Row:
 
 
 def cases(table: Table, runs: Mapping[Key, Run]) -> list[Case]:
-    """A case for each object, formulation and solver; the first choice is the feasible one of the widest margin."""
+    """A case for each object, formulation and solver; the first choice is the feasible one of the widest margin.
+
+    Of each start the answer to the tightest tolerance counts at which the solver ended by itself.
+    """
     groups: dict[Key, list[Run]] = defaultdict(list)
     for (name, formulation, solver, _), run in runs.items():
         groups[name, formulation, solver].append(run)
     found = []
     for (name, formulation, solver), tried in groups.items():
-        ends = [table.ends.get(((name, formulation, run.start), solver)) for run in tried]
+        ends = [_ended(table, (name, formulation, run.start), solver) for run in tried]
         feasible = [(row.margin, run, row) for run, row in zip(tried, ends, strict=True) if row and row.feasible]
         best = max(feasible, key=lambda item: (item[0], -item[1].start), default=None)
         first = Row(name, formulation, solver, len(tried), "", -1, float("nan"), NO_PLAN, 0.0)
@@ -48,6 +53,11 @@ def cases(table: Table, runs: Mapping[Key, Run]) -> list[Case]:
             first = replace(first, start=best[1].start, margin=best[0])
         found.append(Case((name, formulation, solver, str(len(tried))), partial(rows_of, again, first)))
     return found
+
+
+def _ended(table: Table, instance: Instance, solver: str) -> compared.Row | None:
+    rows = (table.last.get((instance, solver, tolerance)) for tolerance in reversed(table.tolerances))
+    return next((row for row in rows if row and not row.failure), None)
 
 
 def rows_of(run: Run | None, first: Row) -> list[Row]:
@@ -66,15 +76,40 @@ def rows_of(run: Run | None, first: Row) -> list[Row]:
 
 
 def lines(rows: Sequence[Row]) -> Lines:
-    """A line for each formulation and solver: success in percent under each load, objects without a plan failed."""
-    groups: dict[tuple[str, str], list[Row]] = defaultdict(list)
+    """Success in percent under each load, objects without a first choice failed, for solvers that have one at all.
+
+    The best first in each formulation.
+    """
+    found = []
+    for formulation in dict.fromkeys(row.formulation for row in rows):
+        groups = _by_solver(row for row in rows if row.formulation == formulation)
+        order = sorted(groups, key=lambda solver: -sum(row.score for row in groups[solver]))
+        found += [_line(formulation, solver, groups[solver]) for solver in order if _planned(groups[solver])]
+    return found
+
+
+def without(rows: Sequence[Row]) -> dict[str, list[str]]:
+    """For each formulation the solvers that have no first choice on any object, and so hold none."""
+    formulations = dict.fromkeys(row.formulation for row in rows)
+    every = {name: _by_solver(row for row in rows if row.formulation == name) for name in formulations}
+    return {name: [solver for solver, group in groups.items() if not _planned(group)] for name, groups in every.items()}
+
+
+def _by_solver(rows: Iterable[Row]) -> dict[str, list[Row]]:
+    groups: dict[str, list[Row]] = defaultdict(list)
     for row in rows:
-        groups[row.formulation, row.solver].append(row)
-    return [
-        {"formulation": formulation, "solver": solver, "objects": str(len({row.object for row in group}))}
-        | {
-            load: percent(sum(r.score for r in group if r.load == load), sum(r.load == load for r in group))
-            for load in LOADS
-        }
-        for (formulation, solver), group in groups.items()
-    ]
+        groups[row.solver].append(row)
+    return groups
+
+
+def _planned(rows: Sequence[Row]) -> set[str]:
+    return {row.object for row in rows if row.start >= 0}
+
+
+def _line(formulation: str, solver: str, rows: Sequence[Row]) -> dict[str, str]:
+    shares = {}
+    for name in LOADS:
+        scores = [row.score for row in rows if row.load == name]
+        shares[name] = percent(sum(scores), len(scores))
+    objects = len({row.object for row in rows})
+    return {"formulation": formulation, "solver": solver, "planned": f"{len(_planned(rows))} of {objects}"} | shares

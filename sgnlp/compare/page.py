@@ -64,7 +64,10 @@ def page(table: Table, how: dict[str, Any], simulated: Sequence[carried.Row]) ->
             _section(f"{name}: faster than, percent of the common runs to {tight:g}", pairs(table, name)),
         ]
     if simulated:
-        parts.append(_section("The first choice in simulation, success in percent", carried.lines(simulated)))
+        parts += [
+            _section("The first choice in simulation, success in percent", carried.lines(simulated)),
+            *_bullets([f"{name}: none from {', '.join(s)}." for name, s in carried.without(simulated).items() if s]),
+        ]
     parts += [
         _section("Said and done", liars(table)),
         _section("Runs without an answer in time", failures(table)),

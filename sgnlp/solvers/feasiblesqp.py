@@ -18,7 +18,7 @@ METHODS = (
         kind="SQP",
         derivatives=2,
         summary="CasADi's feasiblesqpmethod, regularised exact Hessian, qrqp",
-        known="ends with bounds that cross on a plan's problems",
+        known="asks for a feasible start, which a plan's constraints do not have",
         prepare=plugin("feasiblesqpmethod", options),
     ),
 )

@@ -35,7 +35,7 @@ def options(qp: str, more: Options) -> Callable[[Task], Options]:
 
 SHOWN = "daqp"
 """The QP solver that stands for all where nothing is said: the steps of the others are the same."""
-STALLS = "does not get to 1e-3 in 5 s on a plan's problems"
+STALLS = "does not get to 1e-3 in 3 s on a plan's problems"
 
 CONVEX: Options = {"convexify_strategy": "regularize"}
 LIMITED: Options = {"hessian_approximation": "limited-memory"}
