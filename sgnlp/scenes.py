@@ -93,6 +93,7 @@ def body(vertices: ArrayLike, faces: ArrayLike, scale: float = 1.0) -> tuple[Mes
     if mesh.open_edges:
         seen = "its faces are seen from both sides, and its volume is taken to be that of its convex hull"
         notes.append(f"The mesh is not watertight, {mesh.open_edges} of its edges do not join two faces: {seen}.")
+        notes.append("A grasp of it can be planned, but not simulated.")
     elif mesh.volume < 0:
         mesh = Mesh(mesh.vertices, mesh.faces[:, ::-1])
         notes.append("The faces turned inwards; they were turned over.")

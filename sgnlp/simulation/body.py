@@ -44,7 +44,8 @@ def body(vertices: ArrayLike, faces: ArrayLike, table_height: float = 0.0, name:
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     forth, back = (np.unique(pair, axis=0, return_counts=True) for pair in (edges, edges[:, ::-1]))
     if len(forth[0]) != len(edges) or not np.array_equal(forth[0], back[0]):
-        raise InputError("the mesh is not closed: each edge must have a face on either side, turning the same way")
+        rule = "each edge must have a face on either side, turning the same way"
+        raise InputError(f"the mesh of '{name}' is not closed: {rule}; repair it, and observe it again")
     made = Body(points, triangles, float(table_height), name)
     if made.volume <= 0:
         raise InputError("the faces of the mesh must turn counter-clockwise seen from outside")
