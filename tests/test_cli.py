@@ -467,7 +467,7 @@ def test_wrong_usage_ends_with_2_and_says_so_on_stderr(capfd, arguments):
     [
         ("--spheres", ["cover", "paper"]),
         ("--rank-by", ["margin", "energy", "stiffness"]),
-        ("--solver.formulation", ["penalty", "constrained", "two_phase", "elastic"]),
+        ("--solver.formulation", ["penalty", "constrained", "two_phase", "elastic", "lifted"]),
         ("--contact.equilibrium", ["exact", "printed"]),
         ("--contact.density", ["share", "density"]),
         ("--solver.mu-strategy", ["monotone", "adaptive"]),
@@ -527,7 +527,7 @@ def test_the_settings_of_the_small_flags_are_those_of_the_shared_scene():
     [
         (["so"], ["solve", "solvers"]),
         (["solve", "--gpis.k"], ["--gpis.kernel"]),
-        (["solve", "--solver.formulation", ""], ["penalty", "constrained", "two_phase", "elastic"]),
+        (["solve", "--solver.formulation", ""], ["penalty", "constrained", "two_phase", "elastic", "lifted"]),
         (["solve", "--sphe"], ["--spheres"]),
     ],
 )
