@@ -46,8 +46,8 @@ def structure(settings: Settings, formulation: str) -> Structure:
     """
     contact = settings.contact
     if formulation == "lifted" and (contact.metric, contact.equilibrium) != ("spring", "exact"):
-        asked = f"--contact.metric {contact.metric} --contact.equilibrium {contact.equilibrium}"
-        raise InputError(f"--solver.formulation lifted balances springs exactly: it knows no {asked}")
+        needs = "needs --contact.metric spring and --contact.equilibrium exact"
+        raise InputError(f"--solver.formulation lifted {needs}, not {contact.metric} and {contact.equilibrium}")
     return Structure(
         formulation=formulation,
         samples=contact.samples,

@@ -109,5 +109,5 @@ def test_it_ends_in_a_solution_of_the_constrained_program(index):
     "contact", [Contact(metric="closure"), Contact(equilibrium="printed")], ids=["closure", "printed"]
 )
 def test_it_refuses_an_equilibrium_that_is_none(contact):
-    with pytest.raises(InputError, match="lifted balances springs exactly"):
+    with pytest.raises(InputError, match="lifted needs --contact"):
         structure(replace(SMALL, contact=contact), "lifted")
