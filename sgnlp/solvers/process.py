@@ -1,5 +1,6 @@
 """Work in a process of its own that may crash, hang or lie: what it sent before its end is kept, and why it ended."""
 
+import faulthandler
 import multiprocessing
 import os
 import signal
@@ -52,6 +53,7 @@ def apart(work: Callable[[Send], None], seconds: float) -> tuple[list[Any], str]
 
 def _child(work: Callable[[Send], None], pipe: Connection) -> None:
     die_with_parent()
+    faulthandler.disable()  # a crash is told by its reason
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
     silence = os.open(os.devnull, os.O_WRONLY)
