@@ -1,11 +1,11 @@
-"""What a formulation begins with where another one ended: the variables that all have, and those that it adds."""
+"""The variables that a formulation adds to those that all have: where they begin, and between which bounds."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.elastic import slacks
+from sgnlp.elastic import slack_bounds, slacks
 from sgnlp.lifted import lifted_values
-from sgnlp.nlp import variable_units
+from sgnlp.nlp import Nlp, lifted_units, variable_units
 from sgnlp.oracle import Oracle
 
 Array = NDArray[np.float64]
@@ -24,3 +24,17 @@ def handed_over(oracle: Oracle, x: Array, p: Array, g_bounds: tuple[Array, Array
         none = np.zeros(len(nlp.units) - len(x))
         return np.concatenate([x, slacks(oracle.values(np.concatenate([x, none]), p), *g_bounds)])
     return x
+
+
+def added_bounds(nlp: Nlp, g_bounds: tuple[Array, Array]) -> tuple[Array, Array]:
+    """Bounds of the scaled variables that the formulation adds, if any, for those of the rows (ng,).
+
+    Slacks are not negative; what is lifted is bound by its equations alone.
+    """
+    if nlp.structure.lifted:
+        free = np.full(len(lifted_units(nlp.hand)), np.inf)
+        return -free, free
+    if nlp.structure.formulation == "elastic":
+        high = slack_bounds(nlp, *g_bounds)
+        return np.zeros_like(high), high
+    return np.zeros(0), np.zeros(0)

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp import equilibrium
-from sgnlp.kinematics import frames, integrate
-from sgnlp.nlp import Nlp, lifted_units, variable_units
+from sgnlp.kinematics import frames
+from sgnlp.nlp import Nlp, grasp_variables, lifted_units, variable_units
 
 Array = NDArray[np.float64]
 
@@ -22,13 +22,12 @@ Array = NDArray[np.float64]
 def lifted_values(nlp: Nlp, x: Array, p: Array) -> Array:
     """The scaled tips, Gibbs vector and shift (3 m + 6) that the leading variables of x define."""
     hand, given = nlp.hand, nlp.parameters.unpack(p)
-    n, m, units = len(hand.joint_names), len(hand.fingers), variable_units(hand)
-    y = x[: len(units)] * units
-    a, _ = frames(hand, *integrate(hand, given.wrist, given.joints, y[: 6 + n]))
-    o, k = y[6 + n : 6 + n + 3 * m].reshape(m, 3), y[6 + n + 3 * m :]
-    P, O, gains = ca.DM(o + given.c * (a - o)), ca.DM(o), ca.DM(k)
-    B = equilibrium.profile(P, O, gains, given.mass, ca.DM(given.com))
+    units = variable_units(hand)
+    *pose, o, k = grasp_variables(hand, given.wrist, given.joints, x[: len(units)] * units)
+    a, _ = frames(hand, *pose)
+    grasp = ca.DM(o + given.c * (a - o)), ca.DM(o), ca.DM(k)
+    B = equilibrium.profile(*grasp, given.mass, ca.DM(given.com))
     R, _ = equilibrium.rotation(B, equilibrium.root_guess(B))
-    shift = R @ given.com + equilibrium.translation(R, P, O, gains, given.mass) - given.com
-    pose = ca.vertcat(equilibrium.gibbs_vector(R), shift)
-    return np.concatenate([a.ravel(), np.array(pose).ravel()]) / lifted_units(hand)
+    shift = R @ given.com + equilibrium.translation(R, *grasp, given.mass) - given.com
+    motion = ca.vertcat(equilibrium.gibbs_vector(R), shift)
+    return np.concatenate([a.ravel(), np.array(motion).ravel()]) / lifted_units(hand)

@@ -21,6 +21,7 @@ from sgnlp.constraints import Constraint, active
 from sgnlp.energies import TERMS, Term
 from sgnlp.hand import Hand
 from sgnlp.jets import Layout
+from sgnlp.kinematics import integrate
 from sgnlp.names import lifted_names, row_names, variable_names
 from sgnlp.ops import Smooth
 from sgnlp.parameters import ParameterVector
@@ -89,6 +90,13 @@ def variable_kinds(hand: Hand) -> list[str]:
 def variable_units(hand: Hand) -> Array:
     """The unit of each variable (nx,) that every formulation has."""
     return np.array([UNITS[kind] for kind in variable_kinds(hand)])
+
+
+def grasp_variables(hand: Hand, wrist: Array, joints: Array, y: Array) -> tuple[Array, Array, Array, Array]:
+    """wrist (7), joints (n), targets (m, 3), gains (m) of unscaled y about a seed pose; the rest is left out."""
+    n, m = len(hand.joint_names), len(hand.fingers)
+    tangent, targets, gains = np.split(y[: 6 + n + 4 * m], [6 + n, 6 + n + 3 * m])
+    return *integrate(hand, wrist, joints, tangent), targets.reshape(m, 3), gains
 
 
 def lifted_units(hand: Hand) -> Array:

@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 from pinocchio import exp3
 from threadpoolctl import threadpool_limits
 
-from sgnlp.elastic import slack_bounds
 from sgnlp.energies import TERMS
 from sgnlp.errors import InputError
 from sgnlp.gpis import Gpis, fit
 from sgnlp.hand import Hand, load_hand
-from sgnlp.nlp import Nlp, lifted_units, variable_units
+from sgnlp.handover import added_bounds
+from sgnlp.nlp import Nlp, variable_units
 from sgnlp.observation import Observation
 from sgnlp.settings import Settings
 from sgnlp.structure import Structure, structure
@@ -91,7 +91,7 @@ class Problem:
         )
 
     def variable_bounds(self, nlp: Nlp, joints: Array) -> tuple[Array, Array]:
-        """Bounds (nx,) of the scaled variables for the seed `joints` (n): equations alone bind what is lifted."""
+        """Bounds (nx,) of the scaled variables for the seed `joints` (n)."""
         limits, m = self.settings.limits, len(self.hand.fingers)
         side = self.gpis.radius / np.sqrt(3)  # of the cube inside the surface model's ball
         wrist = np.repeat([limits.wrist_travel, MAX_TURN], 3)
@@ -99,13 +99,7 @@ class Problem:
         targets = np.tile(self.gpis.centre, m)
         low = [-wrist, self.hand.lower - joints, targets - side, gains[0]]
         high = [wrist, self.hand.upper - joints, targets + side, gains[1]]
-        added_low = added_high = np.zeros(0)
-        if nlp.structure.formulation == "elastic":
-            added_high = slack_bounds(nlp, *self.row_bounds(nlp))
-            added_low = np.zeros_like(added_high)
-        elif nlp.structure.lifted:
-            added_high = np.full(len(lifted_units(self.hand)), np.inf)
-            added_low = -added_high
+        added_low, added_high = added_bounds(nlp, self.row_bounds(nlp))
         units = variable_units(self.hand)
         return (
             np.concatenate([np.concatenate(low) / units, added_low]),

@@ -9,8 +9,8 @@ from sgnlp.energies import TERMS
 from sgnlp.energies.spring import margins
 from sgnlp.grasp import Grasp
 from sgnlp.ipopt import Course, Iterate
-from sgnlp.kinematics import integrate
 from sgnlp.kkt import SOLVED_FACTOR, Kkt
+from sgnlp.nlp import grasp_variables
 from sgnlp.ops import Exact
 from sgnlp.problem import Problem
 from sgnlp.recompute import recompute
@@ -90,17 +90,9 @@ class Solution:
         return tuple(check.name for check in self.checks if not check.passed)
 
 
-def variables(problem: Problem, start: Start, iterate: Iterate, units: Array) -> tuple[Array, Array, Array, Array]:
-    """wrist (7), joints (n), targets (m, 3), gains (m) of an iterate."""
-    n, m = len(problem.hand.joint_names), len(problem.hand.fingers)
-    x = iterate.x * units
-    wrist, joints = integrate(problem.hand, start.wrist, start.joints, x[: 6 + n])
-    return wrist, joints, x[6 + n : 6 + n + 3 * m].reshape(m, 3), x[6 + n + 3 * m : 6 + n + 4 * m]
-
-
 def solution(problem: Problem, start: Start, iterate: Iterate, units: Array) -> Solution:
     """The solution that an iterate stands for."""
-    wrist, joints, targets, gains = variables(problem, start, iterate, units)
+    wrist, joints, targets, gains = grasp_variables(problem.hand, start.wrist, start.joints, iterate.x * units)
     g, t = recompute(problem, wrist, joints, targets, gains)
     op = Exact()
     initial = margins(g.forces, g.normals, g.friction, op)

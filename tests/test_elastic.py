@@ -10,7 +10,7 @@ from test_nlp import full
 
 from sgnlp.compiled import program
 from sgnlp.elastic import relaxed, slack_bounds
-from sgnlp.handover import handed_over
+from sgnlp.handover import added_bounds, handed_over
 from sgnlp.ipopt import Planner, schedule
 from sgnlp.oracle import Oracle, join
 from sgnlp.settings import Settings, Solver
@@ -83,6 +83,7 @@ def test_only_rows_that_say_where_the_functions_are_defined_have_no_slack_and_no
     assert {row for row, sides in free.items() if not any(sides)} == {
         "stiffness", "rotation", *(f"workspace[{f.name}]" for f in problem.hand.fingers)
     }  # fmt: skip
+    assert [len(bound) for bound in added_bounds(oracle(SMALL, "constrained").nlp, (low, high))] == [0, 0]
 
 
 def test_a_point_that_is_handed_over_is_within_its_bounds_and_a_relaxed_one_has_no_slack():

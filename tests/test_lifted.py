@@ -5,18 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scenes import SMALL, exact_grasp, oracle, posed, random_point
+from test_elastic import solved
 from test_nlp import LOADED, TORQUES, full
 
-from sgnlp import handover
 from sgnlp.errors import InputError
-from sgnlp.ipopt import Planner, schedule
+from sgnlp.handover import handed_over
+from sgnlp.ipopt import schedule
 from sgnlp.nlp import lifted_units, variable_units
 from sgnlp.settings import Contact, Settings, Solver
-from sgnlp.solution import Solution, solution
-from sgnlp.starts import starts
 from sgnlp.structure import structure
-
-EQUATIONS = ("tip", "balance_force", "balance_torque")
 
 
 def at(settings: Settings, seed: int = 0):
@@ -24,20 +21,12 @@ def at(settings: Settings, seed: int = 0):
     functions, problem = oracle(settings, "lifted"), posed(settings)
     start, x = random_point(problem, functions.nlp, seed)
     p = problem.parameters(functions.nlp, start.wrist, start.joints)
-    return functions, handover.handed_over(functions, x, p, problem.row_bounds(functions.nlp)), p, start
+    return functions, handed_over(functions, x, p, problem.row_bounds(functions.nlp)), p, start
 
 
 def equations(functions) -> np.ndarray:
     """Which rows (ng,) define what is lifted."""
-    names = [c.name in EQUATIONS for c in functions.nlp.constraints]
-    return np.repeat(names, functions.nlp.row_sizes)
-
-
-def solved(formulation: str, index: int = 0) -> Solution:
-    settings = replace(SMALL, solver=Solver(formulation=formulation, compiled=False))
-    planner = Planner(posed(settings))
-    start = starts(planner.problem, index + 1, 0)[index]
-    return solution(planner.problem, start, planner.solve(start), planner.phases[-1].oracle.nlp.units)
+    return np.repeat([c.needs == "lifted" for c in functions.nlp.constraints], functions.nlp.row_sizes)
 
 
 @pytest.mark.parametrize("settings", [SMALL, LOADED, TORQUES], ids=["small", "loaded", "torques"])
@@ -98,7 +87,10 @@ def test_the_lifted_variables_are_the_tips_and_the_equilibrium_of_the_recomputed
 @pytest.mark.parametrize("index", [0, 1])
 def test_it_ends_in_a_solution_of_the_constrained_program(index):
     assert schedule(Solver(formulation="lifted")) == [("lifted", 400)]
-    rigid, lifted = solved("constrained", index), solved("lifted", index)
+    rigid, lifted = (
+        solved(replace(SMALL, solver=Solver(formulation=formulation, compiled=False)), index)
+        for formulation in ("constrained", "lifted")
+    )
     assert lifted.kkt.worst < 1e-5
     assert lifted.feasible
     assert not lifted.violations

@@ -5,9 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from sgnlp.compare import row as compared
 from sgnlp.compare.route import Run
-from sgnlp.compare.row import Instance
 from sgnlp.compare.runs import chosen
 from sgnlp.compare.table import Table
 from sgnlp.hand import load_hand
@@ -44,7 +42,7 @@ def cases(table: Table, runs: Mapping[Key, Run]) -> list[Case]:
         groups[name, formulation, solver].append(run)
     found = []
     for (name, formulation, solver), tried in groups.items():
-        ends = [_ended(table, (name, formulation, run.start), solver) for run in tried]
+        ends = [table.unaided((name, formulation, run.start), solver) for run in tried]
         feasible = [(row.margin, run, row) for run, row in zip(tried, ends, strict=True) if row and row.feasible]
         best = max(feasible, key=lambda item: (item[0], -item[1].start), default=None)
         first = Row(name, formulation, solver, len(tried), "", -1, float("nan"), NO_PLAN, 0.0)
@@ -53,11 +51,6 @@ def cases(table: Table, runs: Mapping[Key, Run]) -> list[Case]:
             first = replace(first, start=best[1].start, margin=best[0])
         found.append(Case((name, formulation, solver, str(len(tried))), partial(rows_of, again, first)))
     return found
-
-
-def _ended(table: Table, instance: Instance, solver: str) -> compared.Row | None:
-    rows = (table.last.get((instance, solver, tolerance)) for tolerance in reversed(table.tolerances))
-    return next((row for row in rows if row and not row.failure), None)
 
 
 def rows_of(run: Run | None, first: Row) -> list[Row]:
@@ -80,25 +73,26 @@ def lines(rows: Sequence[Row]) -> Lines:
 
     The best first in each formulation.
     """
-    found = []
-    for formulation in dict.fromkeys(row.formulation for row in rows):
-        groups = _by_solver(row for row in rows if row.formulation == formulation)
-        order = sorted(groups, key=lambda solver: -sum(row.score for row in groups[solver]))
-        found += [_line(formulation, solver, groups[solver]) for solver in order if _planned(groups[solver])]
-    return found
+    groups = _groups(rows)
+    formulations = list(dict.fromkeys(formulation for formulation, _ in groups))
+    order = sorted(groups, key=lambda key: (formulations.index(key[0]), -sum(row.score for row in groups[key])))
+    return [_line(*key, groups[key]) for key in order if _planned(groups[key])]
 
 
 def without(rows: Sequence[Row]) -> dict[str, list[str]]:
     """For each formulation the solvers that have no first choice on any object, and so hold none."""
-    formulations = dict.fromkeys(row.formulation for row in rows)
-    every = {name: _by_solver(row for row in rows if row.formulation == name) for name in formulations}
-    return {name: [solver for solver, group in groups.items() if not _planned(group)] for name, groups in every.items()}
+    found: dict[str, list[str]] = defaultdict(list)
+    for (formulation, solver), group in _groups(rows).items():
+        if not _planned(group):
+            found[formulation].append(solver)
+    return dict(found)
 
 
-def _by_solver(rows: Iterable[Row]) -> dict[str, list[Row]]:
-    groups: dict[str, list[Row]] = defaultdict(list)
+def _groups(rows: Iterable[Row]) -> dict[tuple[str, str], list[Row]]:
+    """The rows of each formulation and solver."""
+    groups: dict[tuple[str, str], list[Row]] = defaultdict(list)
     for row in rows:
-        groups[row.solver].append(row)
+        groups[row.formulation, row.solver].append(row)
     return groups
 
 

@@ -31,10 +31,8 @@ def shown(table: Table) -> list[str]:
 
 
 def profiles(table: Table) -> list[Panel]:
-    """Dolan & Moré's profiles of processor time, for each formulation and tolerance, where solvers can be compared."""
+    """Dolan & Moré's profiles of processor time, for each formulation and tolerance."""
     solvers = shown(table)
-    if len(table.solvers) < 2:
-        return []
     return [
         _panel(
             TITLES.format(formulation, tolerance),
@@ -49,10 +47,8 @@ def profiles(table: Table) -> list[Panel]:
 
 
 def data_profiles(table: Table, size: int) -> list[Panel]:
-    """Moré & Wild's profiles of calls, for each formulation of `size` variables, where solvers can be compared."""
+    """Moré & Wild's profiles of calls, for each formulation of `size` variables."""
     solvers = shown(table)
-    if len(table.solvers) < 2:
-        return []
     return [
         _panel(
             formulation,

@@ -38,7 +38,7 @@ def advice(table: Table, solver: str) -> list[str]:
 
 
 def _line(table: Table, formulation: str, solver: str) -> dict[str, str]:
-    ends = [row for (instance, s), row in table.ends.items() if (instance[1], s) == (formulation, solver)]
+    ends = table.answers(formulation, solver)
     margins = widest(ends)
     planned = [margin for margin in margins.values() if isfinite(margin)]
     return {

@@ -36,11 +36,9 @@ def tables(table: Table) -> Tables:
 
 def figures_of(table: Table) -> dict[str, list[Panel]]:
     """The panels of each figure by its name; those without a curve are left out."""
-    found = {
-        "profiles": figures.profiles(table),
-        "work": figures.data_profiles(table, SIZE),
-        "courses": figures.courses(table),
-    }
+    found = {"courses": figures.courses(table)}
+    if len(table.solvers) > 1:
+        found = {"profiles": figures.profiles(table), "work": figures.data_profiles(table, SIZE)} | found
     return {name: panels for name, panels in found.items() if panels}
 
 
@@ -66,7 +64,7 @@ def page(table: Table, how: dict[str, Any], simulated: Sequence[carried.Row]) ->
     if simulated:
         parts += [
             _section("The first choice in simulation, success in percent", carried.lines(simulated)),
-            *_bullets([f"{name}: none from {', '.join(s)}." for name, s in carried.without(simulated).items() if s]),
+            *_bullets([f"{name}: none from {', '.join(s)}." for name, s in carried.without(simulated).items()]),
         ]
     parts += [
         _section("Said and done", liars(table)),

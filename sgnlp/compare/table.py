@@ -65,6 +65,15 @@ class Table:
                 found[instance, solver] = row
         return found
 
+    def answers(self, formulation: str, solver: str) -> list[Row]:
+        """The `ends` of a solver."""
+        return [row for (instance, name), row in self.ends.items() if (instance[1], name) == (formulation, solver)]
+
+    def unaided(self, instance: Instance, solver: str) -> Row | None:
+        """The answer to the tightest tolerance at which the solver ended by itself."""
+        rows = (self.last.get((instance, solver, tolerance)) for tolerance in reversed(self.tolerances))
+        return next((row for row in rows if row and not row.failure), None)
+
     def of(self, formulation: str, solver: str, tolerance: float) -> list[Row]:
         """The warm rows of a solver."""
         return [
@@ -141,7 +150,7 @@ def success(table: Table, formulation: str) -> Lines:
     """A line for each solver: what it reaches, in which time, and where it is feasible."""
     tight, lines = table.tolerances[-1], []
     for solver in table.order(formulation):
-        ends = [row for (instance, s), row in table.ends.items() if (instance[1], s) == (formulation, solver)]
+        ends = table.answers(formulation, solver)
         rows = table.of(formulation, solver, tight)
         all_ = shifted_geometric_mean([row.time for row in rows])
         lines.append(
@@ -157,7 +166,7 @@ def effort(table: Table, formulation: str) -> Lines:
     """Median iterations and calls of the runs that reached the loosest tolerance they could, and their times."""
     lines = []
     for solver in table.order(formulation):
-        rows = [r for (i, s), r in table.ends.items() if (i[1], s) == (formulation, solver) and math.isfinite(r.cpu)]
+        rows = [row for row in table.answers(formulation, solver) if math.isfinite(row.cpu)]
         runs = [table.runs[r.instance, solver, r.tolerance] for r in rows]
         cold, warm = [run[0].cpu for run in runs], [run[-1].cpu for run in runs if len(run) > 1]
         spread = [max(r.cpu for r in run) / min(r.cpu for r in run) for run in runs if len(run) > 1]
@@ -179,7 +188,7 @@ def optima(table: Table, formulation: str) -> Lines:
             objects[name] = min(energy, objects.get(name, math.inf))
     lines = []
     for solver in table.order(formulation):
-        ends = [r for (i, s), r in table.ends.items() if (i[1], s) == (formulation, solver)]
+        ends = table.answers(formulation, solver)
         rows = [r for r in ends if r.primal <= ADMISSIBLE]
         over = [r.energy - table.best[r.instance] for r in rows]
         same = sum(gap <= SAME * max(1.0, abs(r.energy)) for gap, r in zip(over, rows, strict=True))
