@@ -43,4 +43,9 @@ def _mathml(formula: re.Match[str]) -> str:
 
 def front_page() -> str:
     """The README, its links those of the site."""
-    return (ROOT / "README.md").read_text().replace("](docs/pages/", "](").replace("](docs/images/", "](images/")
+    return (
+        (ROOT / "README.md")
+        .read_text(encoding="utf-8")
+        .replace("](docs/pages/", "](")
+        .replace("](docs/images/", "](images/")
+    )

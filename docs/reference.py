@@ -126,7 +126,7 @@ def record(name: str) -> str:
 
 def stages() -> str:
     """The stages of the package's modules in the order in which imports point, from the test that holds it."""
-    tree = ast.parse((ROOT / "tests" / "test_architecture.py").read_text())
+    tree = ast.parse((ROOT / "tests" / "test_architecture.py").read_text(encoding="utf-8"))
     assigned = {ast.unparse(node.targets[0]): node.value for node in tree.body if isinstance(node, ast.Assign)}
     rows = [[str(i), _modules(stage)] for i, stage in enumerate(ast.literal_eval(assigned["STAGES"]), 1)]
     return table(["stage", "modules, each with what it says of itself"], rows)
@@ -153,7 +153,7 @@ def filled(markdown: str) -> str:
 
 def copied(file: str) -> str:
     """The first table of a Markdown file of the project."""
-    lines = iter((ROOT / file).read_text().splitlines())
+    lines = iter((ROOT / file).read_text(encoding="utf-8").splitlines())
     rest = dropwhile(lambda line: not line.startswith("|"), lines)
     return "\n".join(takewhile(lambda line: line.startswith("|"), rest))
 

@@ -152,14 +152,14 @@ def problem(name: str, number: int, pose: Pose, seed: int) -> dict[str, Any]:
 
 
 def read_poses(file: Path) -> dict[str, list[Pose]]:
-    lines = json.loads(file.read_text())
+    lines = json.loads(file.read_text(encoding="utf-8"))
     return {name: [Pose(tuple(line[:4]), tuple(line[4:])) for line in rows] for name, rows in lines.items()}
 
 
 def write_poses(file: Path, poses: dict[str, list[Pose]]) -> None:
     rows = {name: [json.dumps([*p.quaternion, *p.position]) for p in poses[name]] for name in sorted(poses)}
     objects = [f'"{name}": [\n  ' + ",\n  ".join(lines) + "\n]" for name, lines in rows.items()]
-    file.write_text("{\n" + ",\n".join(objects) + "\n}\n")
+    file.write_text("{\n" + ",\n".join(objects) + "\n}\n", encoding="utf-8")
 
 
 def main() -> None:

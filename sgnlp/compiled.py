@@ -48,7 +48,7 @@ def load(hand: Hand, structure: Structure) -> Nlp | None:
     if not library.is_file():
         return None
     try:
-        sizes = tuple(json.loads(library.with_suffix(".json").read_text()))
+        sizes = tuple(json.loads(library.with_suffix(".json").read_text(encoding="utf-8")))
         functions = {name: ca.external(name, str(library)) for name in FUNCTIONS}
     except (OSError, ValueError, RuntimeError):
         return None
@@ -71,7 +71,7 @@ def compile_program(
         if not library.is_file():
             nlp = build(hand, structure.rigid)
             sources = {file: text for name in FUNCTIONS for file, text in _sources(name, nlp).items()}
-            library.with_suffix(".json").write_text(json.dumps(nlp.row_sizes))
+            library.with_suffix(".json").write_text(json.dumps(nlp.row_sizes), encoding="utf-8")
             toolchain.build(library, sources, FLAGS, jobs, progress)
     load.cache_clear()
     return library

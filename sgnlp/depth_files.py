@@ -48,7 +48,7 @@ def _pixels(path: Path) -> Any:
 def _camera(path: Path) -> tuple[Any, Any]:
     """K (3, 3) and pose (4, 4); rows, or all numbers one after the other, row by row, as ROS has them."""
     try:
-        found = json.loads(path.read_text())
+        found = json.loads(path.read_text(encoding="utf-8"))
         missing = [key for key in CAMERA_KEYS if key not in found]
         if missing:
             raise InputError(f"the key '{missing[0]}' is missing; a camera has {' and '.join(CAMERA_KEYS)}")

@@ -1,7 +1,6 @@
 """What runs here: versions, machine, kinematics backend and solvers."""
 
 import importlib.metadata
-import importlib.util
 import platform
 from typing import Any
 

@@ -66,7 +66,7 @@ class WristStart:
 def text(file: Path) -> str:
     """The text of the file."""
     try:
-        return file.read_text()
+        return file.read_text(encoding="utf-8")
     except UnicodeDecodeError as error:
         raise InputError(f"{file} is not YAML: {error}") from None
     except OSError as error:

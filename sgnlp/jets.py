@@ -12,6 +12,7 @@ order 2 of what the grasp needs:
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 from math import factorial, prod
 
 import casadi as ca
@@ -25,11 +26,10 @@ JET = 1 + len(SINGLES) + len(PAIRS)
 
 def polynomial(J: ca.SX, delta: ca.SX, orders: Sequence[tuple[tuple[int, ...], ...]]) -> ca.SX:
     """Σ J_α δ^α/α! over the value and the multi-indices of the given orders, coefficients in their order."""
-    value, index = J[0], 1
-    for multi in (multi for indices in orders for multi in indices):
+    value = J[0]
+    for index, multi in enumerate(chain.from_iterable(orders), start=1):
         divisor = prod(factorial(count) for count in Counter(multi).values())
         value += J[index] * prod((delta[a] for a in multi), start=ca.SX(1)) / divisor
-        index += 1
     return value
 
 

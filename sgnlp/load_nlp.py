@@ -10,10 +10,12 @@ import numpy as np
 
 def load(folder: Path = Path(__file__).parent) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any], dict[str, Any]]:
     """The program and the options that give it its exact derivatives, for `ca.nlpsol`; its arrays; what it is."""
-    functions = {file.stem: ca.Function.deserialize(file.read_text()) for file in folder.glob("*.casadi")}
+    functions = {
+        file.stem: ca.Function.deserialize(file.read_text(encoding="utf-8")) for file in folder.glob("*.casadi")
+    }
     with np.load(folder / "nlp.npz") as arrays:
         numbers = dict(arrays)
     x = ca.MX.sym("x", len(numbers["x0"]))
     f, g = functions["nlp"](x)
     exact = {"grad_f": functions["gradient"], "jac_g": functions["jacobian"], "hess_lag": functions["hessian"]}
-    return {"x": x, "f": f, "g": g}, exact, numbers, json.loads((folder / "about.json").read_text())
+    return {"x": x, "f": f, "g": g}, exact, numbers, json.loads((folder / "about.json").read_text(encoding="utf-8"))

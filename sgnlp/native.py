@@ -109,7 +109,7 @@ def raw_jets(gpis: Gpis, uncertain: int, compiled: bool = True) -> NativeJets | 
 @lru_cache(maxsize=1)
 def library() -> ctypes.CDLL | None:
     """The compiled library, built if it is not in the cache; None where it cannot be built or loaded."""
-    source = files("sgnlp").joinpath(SOURCE).read_text()
+    source = files("sgnlp").joinpath(SOURCE).read_text(encoding="utf-8")
     try:
         built = toolchain.cache_folder() / f"gpis_jets-{toolchain.fingerprint(source, *FLAGS)}.so"
         if not built.is_file():

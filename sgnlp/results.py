@@ -128,7 +128,7 @@ def read_rows(file: Path, row: type[Any]) -> list[Any]:
     read = {"str": str, "int": int, "float": float, "bool": lambda text: text == "True"}
     kinds = {name: read[kind.__name__] for name, kind in get_type_hints(row).items()}
     try:
-        with open(file, newline="") as handle:
+        with open(file, encoding="utf-8", newline="") as handle:
             return [row(**{name: kinds[name](text) for name, text in line.items()}) for line in csv.DictReader(handle)]
     except (KeyError, ValueError, TypeError, csv.Error) as error:
         raise InputError(f"'{file}' does not hold rows of this study: {error}; delete it to begin anew") from None
@@ -147,7 +147,7 @@ def same_study(file: Path, made: dict[str, Any]) -> None:
     if not file.is_file():
         return
     try:
-        before = json.loads(file.read_text())
+        before = json.loads(file.read_text(encoding="utf-8"))
     except ValueError:
         before = {}
     known = before.get("inputs", {})

@@ -25,7 +25,7 @@ def page(scene: Scene) -> str:
         from plotly.offline import get_plotlyjs
     except ImportError:
         raise InputError("the page needs Plotly: pip install 'sgnlp[view]'") from None
-    template = resources.files("sgnlp").joinpath("viewer.html").read_text()
+    template = resources.files("sgnlp").joinpath("viewer.html").read_text(encoding="utf-8")
     data = json.dumps(_plain(scene)).replace("<", "\\u003c")  # no text may end the script
     return template.replace("/*SCENE*/", data).replace("/*PLOTLY*/", get_plotlyjs())
 

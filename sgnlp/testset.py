@@ -65,7 +65,7 @@ class Exported:
         for name, function in self.functions.items():
             results.write_text(folder / f"{name}.casadi", function.serialize())
         results.write_text(folder / "about.json", results.json_text(asdict(self.entry)))
-        results.write_text(folder / "load.py", Path(load_nlp.__file__).read_text())
+        results.write_text(folder / "load.py", Path(load_nlp.__file__).read_text(encoding="utf-8"))
 
 
 def export(name: str, problem: Problem, starts: list[Start], index: int, seed: int) -> Exported:

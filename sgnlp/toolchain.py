@@ -68,7 +68,7 @@ def build(
     with tempfile.TemporaryDirectory(dir=target.parent, prefix=".build-") as name:
         folder = Path(name)
         for file, text in sources.items():
-            (folder / file).write_text(text)
+            (folder / file).write_text(text, encoding="utf-8")
         files = sorted(sources, key=lambda file: -len(sources[file]))
 
         def run(*arguments: str) -> None:
@@ -87,7 +87,7 @@ def build(
 def processor() -> str:
     """The processor's model and features, as Linux tells them; "" elsewhere."""
     try:
-        lines = Path("/proc/cpuinfo").read_text().split("\n\n")[0].splitlines()
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").split("\n\n")[0].splitlines()
     except OSError:
         return ""
     return "\n".join(line for line in lines if line.startswith(("model name", "flags", "Features")))

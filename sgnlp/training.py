@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import pdist
 
 from sgnlp.observation import Observation
 from sgnlp.sampling import farthest_points
@@ -76,6 +77,5 @@ def interior_mixtures(surface: Array, settings: GpisSettings, seed: int) -> Arra
 
 
 def max_distance(X: Array) -> float:
-    """Largest distance between two of the points X (N, 3) [m]."""
-    squares = (X * X).sum(axis=1)
-    return float(np.sqrt(max((squares[:, None] + squares[None] - 2 * X @ X.T).max(), 0.0)))
+    """Largest distance between two of the points X (N, 3) [m], from differences, so exact far from the origin."""
+    return float(pdist(X).max())

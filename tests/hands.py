@@ -13,11 +13,11 @@ def changed(target: Path, name: str, *changes: tuple[str, str]) -> Path:
     folder = target / "hand"
     if not folder.is_dir():
         shutil.copytree(THREE, folder)
-    text = (folder / name).read_text()
+    text = (folder / name).read_text(encoding="utf-8")
     for old, new in changes:
         assert old in text
         text = text.replace(old, new, 1)
-    (folder / name).write_text(text)
+    (folder / name).write_text(text, encoding="utf-8")
     return folder
 
 

@@ -41,7 +41,7 @@ def group(leader: int) -> list[int]:
     alive = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
-            state, _, of_group = stat.read_text().rpartition(")")[2].split()[:3]
+            state, _, of_group = stat.read_text(encoding="utf-8").rpartition(")")[2].split()[:3]
         except OSError:
             continue
         if int(of_group) == leader and state != "Z":
@@ -52,7 +52,7 @@ def group(leader: int) -> list[int]:
 @contextmanager
 def running(command: list[str], **options: object) -> Iterator[subprocess.Popen[str]]:
     """A command in a process group of its own, which is killed at the end."""
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "start_new_session": True}
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "encoding": "utf-8", "start_new_session": True}
     process = subprocess.Popen(command, **pipes | options)  # type: ignore[call-overload]
     try:
         yield process

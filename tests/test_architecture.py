@@ -32,7 +32,7 @@ NAMES = [path.relative_to(PACKAGE).as_posix() for path in MODULES]
 
 
 def parse(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(), str(path))
+    return ast.parse(path.read_text(encoding="utf-8"), str(path))
 
 
 def dotted(path: Path) -> str:
@@ -106,7 +106,7 @@ def _outside(node: ast.stmt) -> Iterator[str]:
 
 @pytest.mark.parametrize("path", MODULES, ids=dotted)
 def test_no_module_is_longer_than_300_lines(path):
-    assert len(path.read_text().splitlines()) <= MAX_MODULE
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= MAX_MODULE
 
 
 def lines_of_code(function: ast.FunctionDef) -> int:
@@ -128,4 +128,4 @@ def test_no_function_is_longer_than_40_lines(path):
 
 @pytest.mark.parametrize("path", MODULES, ids=dotted)
 def test_every_module_says_what_it_is(path):
-    assert ast.get_docstring(parse(path)) or not path.read_text()
+    assert ast.get_docstring(parse(path)) or not path.read_text(encoding="utf-8")

@@ -98,7 +98,9 @@ def test_a_batch_is_bit_for_bit_what_solve_gives_for_each_file(capfd):
         assert run(["solve", str(file), "--quiet", "--out", f"alone/{file.stem}", *map(str, flags)]) == codes.FEASIBLE
         a, b = load_grasps(f"results/{file.stem}"), load_grasps(f"alone/{file.stem}")
         assert same(a, b)
-        summaries = [json.loads(Path(f"{f}/{file.stem}/summary.json").read_text()) for f in ("results", "alone")]
+        summaries = [
+            json.loads(Path(f"{f}/{file.stem}/summary.json").read_text(encoding="utf-8")) for f in ("results", "alone")
+        ]
         assert summaries[0]["best"] == summaries[1]["best"]
         assert summaries[0].keys() == summaries[1].keys()
     assert not same(load_grasps("results/one"), load_grasps("results/two"))
@@ -112,7 +114,7 @@ def test_a_batch_is_bit_for_bit_what_solve_gives_for_each_file(capfd):
     assert (first.starts, first.feasible_starts, first.energy) == (2, grasps.feasible.sum(), grasps.energy[0])
     assert first.margin == min(grasps.margins_initial[0].min(), grasps.margins_equilibrium[0].min())
     assert first.seconds > 0
-    made = json.loads(Path("results/batch/made.json").read_text())
+    made = json.loads(Path("results/batch/made.json").read_text(encoding="utf-8"))
     assert made["batch"]["seed"] == 3
     assert made["batch"]["settings"]["gpis"]["surface_points"] == 60
 
@@ -141,7 +143,7 @@ def test_every_field_of_a_row_is_of_a_type_that_the_file_can_hold():
 
 
 def test_whatever_goes_wrong_with_an_object_is_its_row_and_stops_no_other(solved):
-    Path("text.npz").write_text("hello")
+    Path("text.npz").write_text("hello", encoding="utf-8")
     names = ("good", "broken", "stopped", "loose", "last")
     files = [Path("none.npz"), Path("text.npz"), *(cloud(name, i) for i, name in enumerate(names))]
     found = rows(files)
@@ -171,7 +173,7 @@ def test_two_files_of_one_name_do_not_replace_each_other(solved):
 
 def test_a_result_that_cannot_be_written_is_a_row(solved):
     Path("results").mkdir()
-    Path("results/one").write_text("in the way")
+    Path("results/one").write_text("in the way", encoding="utf-8")
     found = rows([cloud("one"), cloud("two", 1)])
     assert "cannot be written" in found["one.npz"].failure
     assert found["two.npz"].feasible
@@ -328,7 +330,7 @@ def test_the_command_has_help(capfd):
 
 def test_the_rows_can_be_read_by_any_reader_of_csv(here):
     command(cloud("one"), "missing, with a comma.npz", "--starts", 2, *SMALL_FLAGS)
-    with open("results/batch/rows.csv", newline="") as file:
+    with open("results/batch/rows.csv", encoding="utf-8", newline="") as file:
         lines = list(csv.DictReader(file))
     assert [line["file"] for line in lines] == ["one.npz", "missing, with a comma.npz"]
     assert list(lines[0]) == [field.name for field in fields(Row)]
@@ -420,7 +422,7 @@ if __name__ == "__main__":
             os.kill(sorted(pids.values())[0], signal.SIGKILL)
             print(len(pids), flush=True)
 """
-    Path("cluster.py").write_text(code)
+    Path("cluster.py").write_text(code, encoding="utf-8")
     path = os.pathsep.join([str(TESTS), *sys.path])  # the workers are to find what is imported here
     options = {"stdin": subprocess.PIPE, "stderr": subprocess.DEVNULL, "env": os.environ | {"PYTHONPATH": path}}
     with running([sys.executable, "cluster.py"], **options) as process:

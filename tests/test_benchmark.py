@@ -382,20 +382,20 @@ def test_the_problems_are_measured_where_no_cloud_is_named(cloud, quick):
     for name in ("b_0", "a_1", "a_0"):
         (Path("problems") / f"{name}.npz").write_bytes(cloud.read_bytes())
     assert benchmark("--sections", "oracle") == 0
-    made = json.loads(Path("results/benchmark/made.json").read_text())
+    made = json.loads(Path("results/benchmark/made.json").read_text(encoding="utf-8"))
     assert list(made["inputs"]) == ["a_0", "b_0"]
 
 
 def test_beside_the_rows_stand_command_settings_versions_and_machine(cloud, quick):
     assert benchmark(cloud, "--sections", "oracle", "--seed", 3, "--out", "out", *SMALL_FLAGS) == 0
     assert sorted(path.name for path in Path("out").iterdir()) == ["made.json", "rows.csv", "table.md"]
-    made = json.loads(Path("out/made.json").read_text())
+    made = json.loads(Path("out/made.json").read_text(encoding="utf-8"))
     assert made["command"].startswith("sgnlp")
     assert (made["study"]["seed"], made["study"]["sections"]) == (3, ["oracle"])
     assert made["study"]["settings"]["gpis"]["surface_points"] == 60
     assert {"versions", "machine", "inputs"} <= set(made)
     assert made["machine"]["processors"] >= 1
-    assert Path("out/table.md").read_text().startswith("## oracle?\n\n| what | unit | median |")
+    assert Path("out/table.md").read_text(encoding="utf-8").startswith("## oracle?\n\n| what | unit | median |")
 
 
 def test_what_was_measured_before_an_interrupt_is_kept(cloud, quick, monkeypatch, capfd):
@@ -405,7 +405,7 @@ def test_what_was_measured_before_an_interrupt_is_kept(cloud, quick, monkeypatch
 
     monkeypatch.setitem(benchmarks.SECTIONS, "surface", ("surface?", interrupted))
     assert benchmark(cloud, "--sections", "oracle", "surface", "--out", "out") == 130
-    with open("out/rows.csv", newline="") as file:
+    with open("out/rows.csv", encoding="utf-8", newline="") as file:
         assert [line["name"] for line in csv.DictReader(file)] == ["oracle"]
     assert capfd.readouterr().err == "interrupted\n"
 

@@ -75,12 +75,12 @@ def same(a: Grasps, b: Grasps) -> bool:
 
 
 def test_solve_from_a_shell_writes_the_result_and_shows_it(workplace):
-    done = subprocess.run([*COMMAND, "solve", ORANGE, "--starts", "2"], capture_output=True, text=True)
+    done = subprocess.run([*COMMAND, "solve", ORANGE, "--starts", "2"], capture_output=True, encoding="utf-8")
     assert (done.returncode, done.stderr) == (codes.FEASIBLE, "")
     files = {f"results/orange_0/{name}" for name in ("grasps.npz", "summary.json", "courses.npz")}
     assert tree() == {"results", "results/orange_0"} | files
     grasps = load_grasps("results/orange_0")
-    summary = json.loads(Path("results/orange_0/summary.json").read_text())
+    summary = json.loads(Path("results/orange_0/summary.json").read_text(encoding="utf-8"))
     assert len(grasps) == summary["starts"] == 2
     assert summary["best"]["energy"] == grasps.energy[0]
     for text in ("Starts, best first", "gain [N/m]", "exact energy", "margin at equilibrium", "outliers"):
@@ -94,7 +94,7 @@ def test_json_is_all_that_is_printed_where_it_is_asked_for(cloud, capfd):
     assert solve(cloud, "--starts", 1, "--json", "--out", "here", *SMALL_FLAGS) == codes.FEASIBLE
     out, err = capfd.readouterr()
     assert err == ""
-    assert out == Path("here/summary.json").read_text()
+    assert out == Path("here/summary.json").read_text(encoding="utf-8")
     assert json.loads(out)["best"]["energy"] == load_grasps("here").energy[0]
     assert tree(Path("here")) == {"here/grasps.npz", "here/summary.json", "here/courses.npz"}
 
@@ -105,7 +105,7 @@ def test_quiet_prints_nothing_and_a_few_invalid_points_are_dropped_and_counted(w
     cloud = save("holes.npz", points=points, table_height=0.0)
     assert solve(cloud, "--quiet", "--starts", 1, *SMALL_FLAGS) == codes.FEASIBLE
     assert capfd.readouterr() == ("", "")
-    notes = json.loads(Path("results/holes/summary.json").read_text())["notes"]
+    notes = json.loads(Path("results/holes/summary.json").read_text(encoding="utf-8"))["notes"]
     assert any(note.startswith(f"Dropped {len(points[::10])} of {len(points)} points that are NaN") for note in notes)
 
 
@@ -114,7 +114,7 @@ def test_it_ends_with_1_where_no_start_is_feasible_and_says_what_fails(cloud, ca
     assert solve(cloud, *force, "--starts", 1, "--solver.max-iterations", 20, *SMALL_FLAGS) == codes.NONE_FEASIBLE
     out = capfd.readouterr().out
     assert "ellipsoid: 0 of 1 starts feasible" in out
-    summary = json.loads(Path("results/ellipsoid/summary.json").read_text())
+    summary = json.loads(Path("results/ellipsoid/summary.json").read_text(encoding="utf-8"))
     assert summary["best"] is None
     assert "force" in summary["starts_table"][0]["violated"]
     assert not load_grasps("results/ellipsoid").feasible.any()
@@ -142,7 +142,7 @@ def test_the_same_seed_gives_the_same_result_bit_for_bit_whatever_the_jobs(cloud
 
 def test_the_views_that_are_named_are_used(capfd):
     solve(ORANGE, "--views", 0, 2, "--quiet", "--starts", 1, "--solver.max-iterations", 1, *SMALL_FLAGS)
-    notes = json.loads(Path("results/orange_0/summary.json").read_text())["notes"]
+    notes = json.loads(Path("results/orange_0/summary.json").read_text(encoding="utf-8"))["notes"]
     assert any("belong to views that were not chosen" in note for note in notes)
     assert capfd.readouterr() == ("", "")
 
@@ -190,7 +190,7 @@ def test_a_start_that_fails_is_a_row_and_not_the_end(cloud, capfd, monkeypatch, 
     assert solve(cloud, "--starts", 3, "--timeout", timeout, "--jobs", 2, *SMALL_FLAGS) == codes.FEASIBLE
     out = " ".join(capfd.readouterr().out.split())
     assert "ellipsoid: 2 of 3 starts feasible" in out
-    summary = json.loads(Path("results/ellipsoid/summary.json").read_text())
+    summary = json.loads(Path("results/ellipsoid/summary.json").read_text(encoding="utf-8"))
     assert summary["starts_table"][-1] == {"start": 0, "failure": reason}
     assert all(word in out for word in reason.split())
     assert sorted(load_grasps("results/ellipsoid").start) == [1, 2]
@@ -248,7 +248,7 @@ def truncated() -> str:
 
 
 def text(content: str, name: str = "bad.npz") -> str:
-    Path(name).write_text(content)
+    Path(name).write_text(content, encoding="utf-8")
     return name
 
 
@@ -537,7 +537,7 @@ def test_the_completion_script_completes_in_bash(capfd, words, expected):
     (function,) = re.findall(r"^complete -F (\w+) sgnlp$", script, re.MULTILINE)
     quoted = " ".join(f"'{word}'" for word in ["sgnlp", *words])
     ask = f'COMP_WORDS=({quoted}); COMP_CWORD={len(words)}; {function}; echo "${{COMPREPLY[@]}}"'
-    done = subprocess.run(["bash"], input=f"{script}\n{ask}", capture_output=True, text=True)
+    done = subprocess.run(["bash"], input=f"{script}\n{ask}", capture_output=True, encoding="utf-8")
     assert done.stderr == ""
     assert done.stdout.split() == expected
 
@@ -573,6 +573,6 @@ def test_the_doctor_tells_versions_solvers_and_backend(capfd):
 def test_a_reader_that_ends_early_is_no_error(arguments):
     reader, writer = os.pipe()
     os.close(reader)
-    done = subprocess.run([*COMMAND, *arguments], stdout=writer, stderr=subprocess.PIPE, text=True)
+    done = subprocess.run([*COMMAND, *arguments], stdout=writer, stderr=subprocess.PIPE, encoding="utf-8")
     os.close(writer)
     assert (done.returncode, done.stderr) == (codes.BROKEN_PIPE, "")

@@ -56,7 +56,7 @@ def test_the_best_grasp_is_carried_out_shown_and_written(folder, capfd):
     shown = capfd.readouterr().out
     assert "held" in shown
     assert "first choice 1, mean of 1 1.00" in shown
-    made = json.loads((folder / "simulation.json").read_text())
+    made = json.loads((folder / "simulation.json").read_text(encoding="utf-8"))
     assert made["object"] == "box.npz"
     assert made["settings"]["mass"] == 0.1
     (grasp,) = made["grasps"]
@@ -71,14 +71,17 @@ def test_the_objects_own_mass_and_friction_are_taken_if_asked_for(folder, capfd)
     with np.load("box.npz") as known:
         np.savez("box.npz", **known, mass=5.0, friction=0.4)
     assert simulate(*arguments) == 1
-    settings = json.loads((folder / "simulation.json").read_text())["settings"]
+    settings = json.loads((folder / "simulation.json").read_text(encoding="utf-8"))["settings"]
     assert (settings["mass"], settings["friction"]) == (5.0, 0.4)
 
 
 def test_as_many_grasps_as_asked_for_are_carried_out(folder, capfd):
     assert simulate(folder / "grasps.npz", "--grasps", 2, "--push-weights", 0) == 0
     assert "mean of 2 0.50" in capfd.readouterr().out
-    assert [g["score"] for g in json.loads((folder / "simulation.json").read_text())["grasps"]] == [1.0, 0.0]
+    assert [g["score"] for g in json.loads((folder / "simulation.json").read_text(encoding="utf-8"))["grasps"]] == [
+        1.0,
+        0.0,
+    ]
 
 
 def test_all_are_the_feasible_ones(folder, capfd):

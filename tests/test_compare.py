@@ -316,7 +316,7 @@ def test_a_study_goes_on_and_takes_more_starts_and_solvers(tmp_path, monkeypatch
     assert len(results.read_rows(tmp_path / "out" / "rows.csv", Row)) == 8
     assert run([*common, "--solvers", "all", "--starts", "1"]) == 0
     assert {name for name, _ in worked} == set(solvers.found())
-    assert (tmp_path / "out" / "report.md").read_text().startswith("# Which solver should I use?")
+    assert (tmp_path / "out" / "report.md").read_text(encoding="utf-8").startswith("# Which solver should I use?")
     assert run([*common, "--solvers", "ipopt", "--starts", "1", "--time-limit", "9"]) == 3
     assert "other settings" in capfd.readouterr().err
 

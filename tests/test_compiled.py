@@ -105,7 +105,7 @@ def test_what_is_not_in_the_cache_or_is_damaged_is_interpreted(cache):
     library = compiled.path(hand("paper"), other)
     library.parent.mkdir(parents=True, exist_ok=True)
     library.write_bytes(b"no library")
-    library.with_suffix(".json").write_text("[1]")
+    library.with_suffix(".json").write_text("[1]", encoding="utf-8")
     compiled.load.cache_clear()
     assert compiled.program(hand("paper"), other) is build(hand("paper"), other)
     library.unlink()

@@ -107,7 +107,9 @@ def files(tmp_path, monkeypatch) -> Path:
         depth = np.where(np.isfinite(shot.depth), np.round(shot.depth / 1e-4), 0).astype(np.uint16)
         assert o3d.io.write_image(f"depth_{i}.png", o3d.geometry.Image(depth))
         assert o3d.io.write_image(f"mask_{i}.png", o3d.geometry.Image(np.where(shot.mask, 255, 0).astype(np.uint8)))
-        Path(f"camera_{i}.json").write_text(json.dumps({"K": K.ravel().tolist(), "pose": shot.pose.tolist()}))
+        Path(f"camera_{i}.json").write_text(
+            json.dumps({"K": K.ravel().tolist(), "pose": shot.pose.tolist()}), encoding="utf-8"
+        )
     return tmp_path
 
 

@@ -40,13 +40,13 @@ def site(tmp_path_factory) -> Path:
         folder,
     ]
     environment = os.environ | {"NO_MKDOCS_2_WARNING": "1", "PYTHONPATH": str(ROOT)}
-    done = subprocess.run(command, env=environment, cwd=folder, capture_output=True, text=True)
+    done = subprocess.run(command, env=environment, cwd=folder, capture_output=True, encoding="utf-8")
     assert done.returncode == 0, done.stdout + done.stderr
     return folder
 
 
 def test_every_page_is_built_and_in_the_navigation(site):
-    front = (site / "index.html").read_text()
+    front = (site / "index.html").read_text(encoding="utf-8")
     for page in PAGES:
         place = page.relative_to(ROOT / "docs" / "pages").with_suffix(".html").as_posix()
         assert (site / place).is_file()
@@ -56,39 +56,43 @@ def test_every_page_is_built_and_in_the_navigation(site):
 def test_no_page_loads_anything_from_the_network(site):
     for page in site.rglob("*.html"):
         loaded = re.findall(
-            r"<(?:script|img|iframe)[^>]* src=\"([^\"]+)|<link[^>]* rel=\"?stylesheet[^>]*", page.read_text()
+            r"<(?:script|img|iframe)[^>]* src=\"([^\"]+)|<link[^>]* rel=\"?stylesheet[^>]*",
+            page.read_text(encoding="utf-8"),
         )
         assert not [source for source in loaded if source.startswith(("http:", "https:", "//"))], page
 
 
 def test_every_formula_is_drawn(site):
     """As MathML, and without a command of TeX that the converter does not know."""
-    text = (site / "theory" / "grasp.html").read_text()
+    text = (site / "theory" / "grasp.html").read_text(encoding="utf-8")
     assert text.count("<math") > 50
     for page in site.rglob("*.html"):
-        for formula in re.findall(r"<math.*?</math>", page.read_text(), re.DOTALL):
+        for formula in re.findall(r"<math.*?</math>", page.read_text(encoding="utf-8"), re.DOTALL):
             assert "\\" not in formula, f"{page.name}: {formula}"
-        text = re.sub(r"<(pre|code|script|math).*?</\1>", "", page.read_text(), flags=re.DOTALL)
+        text = re.sub(r"<(pre|code|script|math).*?</\1>", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
         assert "arithmatex" not in text, page
         assert not re.search(r"\\(?:sum|mathbf|left|frac)", text), page
 
 
 def test_the_reference_has_every_setting_command_and_array(site):
-    settings = (site / "reference" / "settings.html").read_text()
+    settings = (site / "reference" / "settings.html").read_text(encoding="utf-8")
     chosen = Settings()
     for section in fields(chosen):
         group = getattr(chosen, section.name)
         names = [f"{section.name}.{f.name}" for f in fields(group)] if is_dataclass(group) else [section.name]
         assert not [name for name in names if f"<code>--{name.replace('_', '-')}</code>" not in settings]
-    commands = (site / "reference" / "commands.html").read_text()
+    commands = (site / "reference" / "commands.html").read_text(encoding="utf-8")
     assert all(f"usage: sgnlp {name} " in commands for name in COMMANDS)
-    files = (site / "reference" / "files.html").read_text()
+    files = (site / "reference" / "files.html").read_text(encoding="utf-8")
     assert all(f"<code>{f.name}</code>" in files for f in fields(Grasps))
 
 
 def test_the_theory_names_every_term_and_constraint():
     theory = ROOT / "docs" / "pages" / "theory"
-    energy, program = (theory / "energy.md").read_text(), (theory / "program.md").read_text()
+    energy, program = (
+        (theory / "energy.md").read_text(encoding="utf-8"),
+        (theory / "program.md").read_text(encoding="utf-8"),
+    )
     assert not [term.name for term in TERMS if f"`{term.name}`" not in energy]
     assert not [constraint.name for constraint in CONSTRAINTS if f"`{constraint.name}`" not in program]
 
@@ -96,5 +100,5 @@ def test_the_theory_names_every_term_and_constraint():
 @pytest.mark.parametrize("page", [ROOT / "README.md", *PAGES], ids=lambda page: page.stem)
 def test_no_link_between_pages_is_broken(page):
     made = {"settings.md", "commands.md", "index.md", "can.jpg"}
-    for target in LINK.findall(page.read_text()):
+    for target in LINK.findall(page.read_text(encoding="utf-8")):
         assert (page.parent / target).exists() or Path(target).name in made, target

@@ -64,7 +64,10 @@ def tables(text: str) -> dict[str, list[list[str]]]:
 
 
 def test_the_numbers_are_those_of_the_summary(folder):
-    summary, shown = json.loads((folder / "summary.json").read_text()), tables((folder / "report.md").read_text())
+    summary, shown = (
+        json.loads((folder / "summary.json").read_text(encoding="utf-8")),
+        tables((folder / "report.md").read_text(encoding="utf-8")),
+    )
     heads, *rows = shown["Starts, best first"]
     for row, start in zip(rows, summary["starts_table"], strict=True):
         told = dict(zip(heads, row, strict=True))
@@ -86,7 +89,7 @@ def test_the_numbers_are_those_of_the_summary(folder):
 
 
 def test_the_pictures_of_the_text_are_beside_it_and_different_grasps(folder, result):
-    text = (folder / "report.md").read_text()
+    text = (folder / "report.md").read_text(encoding="utf-8")
     named = re.findall(r"!\[.*?\]\((.*?)\)", text)
     assert all((folder / name).read_bytes().startswith(b"\x89PNG") for name in named)
     ranks = [int(rank) for rank in re.findall(r"grasp-(\d+).png", text)]
@@ -124,7 +127,7 @@ def test_a_simulation_is_told_if_it_is_of_this_plan(folder):
     grasp["pushes"] = [{"held": True}] * 5 + [{"held": False}]
     told = {"object": "egg.npz", "settings": {"mass": 0.1, "friction": 1.0}, "grasps": [grasp]}
     file = folder / "simulation.json"
-    file.write_text(json.dumps(told))
+    file.write_text(json.dumps(told), encoding="utf-8")
     section = report._simulated(folder)
     assert section.sheets[0].rows[1] == ("0", "held", "1", "1", "49.5", "4.2", "5 of 6", "2.1", "")
     os.utime(file, (0, 0))
@@ -224,10 +227,10 @@ def test_walls_that_noise_hides_are_told_and_thick_ones_are_not(result):
 
 
 def test_the_page_holds_everything_and_runs_nothing(folder):
-    page = (folder / "report.html").read_text()
+    page = (folder / "report.html").read_text(encoding="utf-8")
     assert "<script" not in page
     assert not re.search(r'(?:src|href)="(?!data:)', page)
-    assert page.count("<img") == len(re.findall(r"!\[", (folder / "report.md").read_text()))
+    assert page.count("<img") == len(re.findall(r"!\[", (folder / "report.md").read_text(encoding="utf-8")))
 
 
 @pytest.mark.skipif(BROWSER is None, reason="needs chromium")
@@ -235,19 +238,23 @@ def test_the_page_loads_without_an_error_or_a_request(folder, tmp_path):
     log = tmp_path / "net.json"
     command = [str(BROWSER), *FLAGS.split(), f"--log-net-log={log}", f"--user-data-dir={tmp_path}", "--dump-dom"]
     page = folder / "report.html"
-    done = subprocess.run([*command, page.as_uri()], capture_output=True, text=True, timeout=300)
+    done = subprocess.run([*command, page.as_uri()], capture_output=True, encoding="utf-8", timeout=300)
     assert "</html>" in done.stdout
     assert "CONSOLE" not in done.stderr
-    assert not re.search(r'"url":"https?://(?!(?:[\w.-]+\.)?google|[\w.-]*gvt)[^"]*', log.read_text())
+    assert not re.search(r'"url":"https?://(?!(?:[\w.-]+\.)?google|[\w.-]*gvt)[^"]*', log.read_text(encoding="utf-8"))
 
 
 def test_without_its_cloud_a_report_says_so_and_leaves_out_what_needs_it(folder, tmp_path):
     copy = tmp_path / "egg"
     shutil.copytree(folder, copy)
     meta = refit.load_grasps(copy).meta | {"source": "gone.npz"}
-    results.save(replace(refit.load_grasps(copy), meta=meta), json.loads((copy / "summary.json").read_text()), copy)
+    results.save(
+        replace(refit.load_grasps(copy), meta=meta),
+        json.loads((copy / "summary.json").read_text(encoding="utf-8")),
+        copy,
+    )
     report.write(copy)
-    text = (copy / "report.md").read_text()
+    text = (copy / "report.md").read_text(encoding="utf-8")
     assert "Without cloud and surface, and cautions that need them: 'gone.npz' is not there" in text
     assert "Where the fingers meet" not in text
     assert "## Convergence" not in text  # the courses went with the older result
@@ -298,4 +305,4 @@ def test_the_command_of_defaults_is_short(folder):
     assert again.command(meta | {"settings": asdict(PRESETS["lift"])}, Path("x")) == (
         "sgnlp solve egg.npz --preset lift --out x"
     )
-    assert f"sgnlp solve {folder.parent}/egg.npz --starts 2" in (folder / "report.md").read_text()
+    assert f"sgnlp solve {folder.parent}/egg.npz --starts 2" in (folder / "report.md").read_text(encoding="utf-8")

@@ -45,7 +45,7 @@ def reader(tmp_path_factory) -> Path:
 
 
 def test_a_program_without_python_reads_the_best_grasp(folder, reader):
-    done = subprocess.run([reader, folder / results.SUMMARY], capture_output=True, text=True, check=True)
+    done = subprocess.run([reader, folder / results.SUMMARY], capture_output=True, encoding="utf-8", check=True)
     read = {line.split()[0]: np.array(line.split()[1:], float) for line in done.stdout.splitlines()}
     grasps = sgnlp.load_grasps(folder)
     np.testing.assert_allclose(read["wrist"], grasps.wrist[0], atol=1e-6)
@@ -56,13 +56,13 @@ def test_a_program_without_python_reads_the_best_grasp(folder, reader):
 
 
 def test_it_says_when_no_start_is_feasible(reader, tmp_path):
-    (tmp_path / "summary.json").write_text('{"best": null}')
-    done = subprocess.run([reader, tmp_path / "summary.json"], capture_output=True, text=True)
+    (tmp_path / "summary.json").write_text('{"best": null}', encoding="utf-8")
+    done = subprocess.run([reader, tmp_path / "summary.json"], capture_output=True, encoding="utf-8")
     assert (done.returncode, done.stdout) == (1, "no start is feasible\n")
 
 
 def test_the_summary_has_of_each_finger_what_the_arrays_have(folder):
-    grasps, best = sgnlp.load_grasps(folder), json.loads((folder / results.SUMMARY).read_text())["best"]
+    grasps, best = sgnlp.load_grasps(folder), json.loads((folder / results.SUMMARY).read_text(encoding="utf-8"))["best"]
     for i, name in enumerate(grasps.finger_names):
         finger = best["fingers"][str(name)]
         for key, values in {

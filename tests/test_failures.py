@@ -81,7 +81,7 @@ def test_the_page_has_a_line_and_a_picture_for_each(tmp_path, monkeypatch):
     page.write(Console(), tmp_path, [failed(rise_mm=3.0)], bar)
     assert len(ended) == 1
     assert (tmp_path / "failures" / "can_1-2-views-0.1-kg-mu-1.jpg").read_bytes()[:2] == b"\xff\xd8"
-    text = (tmp_path / "failures.md").read_text()
+    text = (tmp_path / "failures.md").read_text(encoding="utf-8")
     assert "| can_1 | 2 views | 0.1 kg, μ 1 | not lifted | the object rises 3 mm only | ![can_1-2-views-0.1-" in text
 
 
@@ -95,13 +95,13 @@ def test_without_opengl_the_page_has_no_pictures_and_it_is_said_once(tmp_path, m
     bar: Any = SimpleNamespace(advance=lambda trial: None)
     page.write(Console(), tmp_path, [failed(), failed()], bar)
     assert capsys.readouterr().out.count("no pictures: no OpenGL") == 1
-    assert "![" not in (tmp_path / "failures.md").read_text()
+    assert "![" not in (tmp_path / "failures.md").read_text(encoding="utf-8")
 
 
 def test_no_failure_is_told_too(tmp_path):
     bar: Any = SimpleNamespace(advance=lambda trial: None)
     page.write(Console(), tmp_path, [], bar)
-    assert (tmp_path / "failures.md").read_text() == "Nothing failed.\n"
+    assert (tmp_path / "failures.md").read_text(encoding="utf-8") == "Nothing failed.\n"
 
 
 def test_the_rows_of_a_comparison_lead_to_its_trials(monkeypatch):

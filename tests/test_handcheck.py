@@ -120,9 +120,9 @@ def test_no_file_however_broken_ends_in_a_traceback(tmp_path: Path):
     for i in range(60):
         folder = Path(shutil.copytree(THREE, tmp_path / str(i)))
         file = folder / rng.choice(["hand.yaml", "hand.yaml", "hand.urdf"])
-        text = file.read_text()
+        text = file.read_text(encoding="utf-8")
         first, last = rng.choice(list(re.finditer(r"[\w.\-]+|[^\w\s]", text))).span()
-        file.write_text(text[:first] + rng.choice(JUNK) + text[last:])
+        file.write_text(text[:first] + rng.choice(JUNK) + text[last:], encoding="utf-8")
         try:
             examine(folder)
         except SgnlpError as error:
@@ -164,7 +164,7 @@ def test_the_page_draws_hand_and_spheres_without_an_error(tmp_path: Path):
     folder = changed(tmp_path, "hand.urdf", ('<link name="base"/>', ball))
     assert run(["check-hand", str(folder), "--html", str(page)]) == 0
     command = [str(BROWSER), *FLAGS.split(), "--virtual-time-budget=5000", "--dump-dom", page.as_uri()]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=400)
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=400)
     drawn = done.stdout.rpartition('data-drawn="')[2].partition('"')[0].split(",")
     assert {"hand", "collision spheres"} <= set(drawn)
     assert "upper limits" in done.stdout

@@ -91,7 +91,7 @@ def test_without_a_compiler_the_surface_is_numpys(no_library, monkeypatch):
 
 def test_a_compiler_that_fails_leaves_nothing_in_the_cache(no_library, monkeypatch, tmp_path):
     fake = tmp_path / "cc"
-    fake.write_text("#!/bin/sh\nexit 1\n")
+    fake.write_text("#!/bin/sh\nexit 1\n", encoding="utf-8")
     fake.chmod(0o755)
     monkeypatch.setenv("CC", str(fake))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))

@@ -437,7 +437,7 @@ def test_a_file_that_open3d_reads_only_in_part_is_refused(open3d_files, suffix, 
 
 def test_a_text_without_numbers_is_refused(open3d_files, tmp_path):
     file = tmp_path / "empty.xyz"
-    file.write_text("hello\n")
+    file.write_text("hello\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"holds no points that Open3D can read as \.xyz"):
         load(file)
 
@@ -454,15 +454,17 @@ def test_a_crash_of_open3d_its_absence_and_a_hang_are_input_errors(tmp_path, mon
     monkeypatch.setattr(reader, "READER", program)
     monkeypatch.setattr(reader, "TIMEOUT", 0.5 if "sleep" in program else 60)
     file = tmp_path / "ball.ply"
-    file.write_text("ply")
+    file.write_text("ply", encoding="utf-8")
     with pytest.raises(InputError, match=message):
         load(file)
 
 
 def test_an_open3d_that_cannot_be_imported_is_told_from_a_damaged_file(tmp_path, monkeypatch):
-    (tmp_path / "open3d.py").write_text("raise OSError('libusb-1.0.so.0: cannot open shared object file')")
+    (tmp_path / "open3d.py").write_text(
+        "raise OSError('libusb-1.0.so.0: cannot open shared object file')", encoding="utf-8"
+    )
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    (tmp_path / "ball.ply").write_text("ply")
+    (tmp_path / "ball.ply").write_text("ply", encoding="utf-8")
     with pytest.raises(InputError, match=r"libusb-1\.0\.so\.0: cannot open.*Debian: libusb-1\.0-0"):
         load(tmp_path / "ball.ply")
 
@@ -471,7 +473,7 @@ def run_python(program, *arguments):
     """Run a program in a new interpreter that finds the same modules."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
     command = [sys.executable, "-c", program, *arguments]
-    child = subprocess.run(command, capture_output=True, text=True, env=environment)
+    child = subprocess.run(command, capture_output=True, encoding="utf-8", env=environment)
     assert child.returncode == 0, child.stderr
 
 

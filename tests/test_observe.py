@@ -21,7 +21,7 @@ def workplace(tmp_path, monkeypatch) -> Path:
 def obj(mesh: Mesh = BOX, file: str = "box.obj") -> str:
     """Write a mesh as OBJ."""
     lines = [f"v {x} {y} {z}" for x, y, z in mesh.vertices] + [f"f {a} {b} {c}" for a, b, c in mesh.faces + 1]
-    Path(file).write_text("\n".join(lines))
+    Path(file).write_text("\n".join(lines), encoding="utf-8")
     return file
 
 
@@ -96,7 +96,7 @@ def test_an_open_mesh_is_taken_and_remarked_upon(capfd):
 def test_bad_input_is_told_in_one_line_and_nothing_is_written(arguments, message, capfd):
     obj()
     for file in ("text.txt", "text.obj"):
-        Path(file).write_text("hello\n")
+        Path(file).write_text("hello\n", encoding="utf-8")
     assert observed(*arguments) == codes.BAD_INPUT
     out, err = capfd.readouterr()
     assert out == ""

@@ -39,14 +39,14 @@ def wheel(tmp_path_factory) -> zipfile.ZipFile:
         copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
         copy(ROOT / name, folder / name)
     pip = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", "dist", "."]
-    done = subprocess.run(pip, cwd=folder, capture_output=True, text=True)
+    done = subprocess.run(pip, cwd=folder, capture_output=True, encoding="utf-8")
     assert done.returncode == 0, done.stderr
     (file,) = (folder / "dist").glob("*.whl")
     return zipfile.ZipFile(file)
 
 
 def python(code: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    return subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, encoding="utf-8")
 
 
 def test_the_wheel_holds_every_module_and_every_hand(wheel):
@@ -108,7 +108,7 @@ def test_neither_the_package_nor_the_command_needs_open3d():
 
 
 def test_the_example_of_the_readme_is_short_and_runs():
-    (example,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    (example,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
     statements = [line for line in example.splitlines() if line]
     assert len(statements) <= 12
     done = python(example)

@@ -43,7 +43,7 @@ def namespace(tmp_path, monkeypatch) -> Iterator[dict[str, Any]]:
         (tmp_path / name).symlink_to(ROOT / name)
     commands = tmp_path / ".commands"
     commands.mkdir()
-    (commands / "sgnlp").write_text(SGNLP.format(python=sys.executable))
+    (commands / "sgnlp").write_text(SGNLP.format(python=sys.executable), encoding="utf-8")
     (commands / "sgnlp").chmod(0o755)
     path = f"{commands}{os.pathsep}{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = os.environ | {"PATH": path, "PYTHONPATH": str(ROOT), "COLUMNS": "100"}
@@ -57,7 +57,7 @@ def run(example: Any) -> str | None:
     names = example.namespace
     environment = names["environment"] | {"CHEAP": "" if _is_tutorial(example) else CHEAP}
     command = ["bash", "-euo", "pipefail", "-c", example.parsed]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=900)
+    done = subprocess.run(command, env=environment, capture_output=True, encoding="utf-8", timeout=900)
     names["printed"] = done.stdout
     return None if done.returncode == 0 else f"exit code {done.returncode}\n{done.stdout}{done.stderr}"
 

@@ -224,7 +224,7 @@ def test_the_files_are_small_and_the_readme_tells_what_they_are():
     files = sorted(PROBLEMS.glob("*.npz"))
     assert [file.stem for file in files] == FILES
     assert sum(file.stat().st_size for file in files) < 15e6
-    readme = (PROBLEMS / "README.md").read_text().splitlines()
+    readme = (PROBLEMS / "README.md").read_text(encoding="utf-8").splitlines()
     for name, body in make.OBJECTS.items():
         size = " x ".join(f"{1e3 * side:.0f}" for side in np.ptp(MESHES[name].vertices, axis=0))
         heights = [1e3 * np.ptp(make.placed(MESHES[name], pose).vertices[:, 2]) for pose in POSES[name]]

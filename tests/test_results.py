@@ -151,7 +151,7 @@ def test_a_folder_is_found_writable_without_making_it(tmp_path):
 
 @pytest.mark.parametrize("folder", ["file", "file/below", "file/far/below", "x" * 300])
 def test_a_folder_that_cannot_be_made_is_refused_by_name(tmp_path, folder):
-    (tmp_path / "file").write_text("in the way")
+    (tmp_path / "file").write_text("in the way", encoding="utf-8")
     with pytest.raises(InputError, match=r"the output folder .* cannot be written"):
         results.writable(tmp_path / folder)
     with pytest.raises(InputError, match="cannot be written"):
@@ -243,7 +243,7 @@ def test_rows_are_read_as_they_were_written(tmp_path):
     file = tmp_path / "rows.csv"
     results.write_rows(file, ODD_LINES)
     assert repr(results.read_rows(file, Line)) == repr(ODD_LINES)  # repr, since nan is not equal to itself
-    with open(file, newline="") as handle:
+    with open(file, encoding="utf-8", newline="") as handle:
         assert len(list(csv.reader(handle))) == 1 + len(ODD_LINES)
     assert files(tmp_path) == ["rows.csv"]
 
@@ -288,7 +288,7 @@ def test_no_file_holds_no_rows(tmp_path):
 )
 def test_rows_of_something_else_are_refused_with_what_to_do(tmp_path, text):
     file = tmp_path / "rows.csv"
-    file.write_text(text)
+    file.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=r"does not hold rows of this study.*delete it to begin anew"):
         results.read_rows(file, Line)
 

@@ -31,7 +31,7 @@ def children() -> set[int]:
     found = set()
     for task in tasks.iterdir():
         with suppress(OSError):  # a thread that has ended meanwhile
-            found |= {int(pid) for pid in (task / "children").read_text().split()}
+            found |= {int(pid) for pid in (task / "children").read_text(encoding="utf-8").split()}
     return found
 
 

@@ -92,11 +92,11 @@ def test_every_object_is_worked_on_from_one_two_and_three_cameras(tmp_path, toy,
         *("figure.png", "figure.svg", "made.json", "rows.csv", "table.md", "table.txt")
     ]
     assert len(results.read_rows(out / "rows.csv", Row)) == 2 * 3 * 2
-    table, figure = (out / "table.md").read_text().split("\n\n## Figure\n\n")
+    table, figure = (out / "table.md").read_text(encoding="utf-8").split("\n\n## Figure\n\n")
     assert table.splitlines()[2:] == ["| rows | sum [m] |", "| --- | --- |", "| 12 | 48 |"]
     assert figure == "![how many rows are there?](figure.svg)\n\nAll values.\n"
-    assert (out / "table.txt").read_text().split("\n")[:2] == ["Rows [1]", "rows  sum [m]"]
-    made = json.loads((out / "made.json").read_text())
+    assert (out / "table.txt").read_text(encoding="utf-8").split("\n")[:2] == ["Rows [1]", "rows  sum [m]"]
+    made = json.loads((out / "made.json").read_text(encoding="utf-8"))
     assert made["study"]["seed"] == 3
     assert list(made["inputs"]) == ["one", "two"]
     assert made["versions"]["numpy"] == np.__version__
@@ -122,10 +122,10 @@ def test_tables_and_figure_are_made_anew_without_touching_the_rows(tmp_path, toy
     assert study(toy, cloud(tmp_path, "one"), "--out", out) == 0
     kept = {name: (out / name).read_bytes() for name in ("rows.csv", "made.json")}
     for name in ("figure.svg", "table.md"):
-        (out / name).write_text("old")
+        (out / name).write_text("old", encoding="utf-8")
     assert study(toy, "--redraw", "--out", out, "--seed", 9) == 0
     assert (out / "figure.svg").read_bytes() == b"All values."
-    assert (out / "table.md").read_text().startswith("## Rows")
+    assert (out / "table.md").read_text(encoding="utf-8").startswith("## Rows")
     assert {name: (out / name).read_bytes() for name in kept} == kept
     assert len(WORKED) == 3
     assert study(toy, "--redraw", "--out", tmp_path / "nothing") == 3
@@ -202,7 +202,7 @@ def test_bad_input_of_a_study_is_told_before_any_work(tmp_path, toy, capfd, monk
 def test_rows_of_another_study_are_refused(tmp_path, toy, capfd):
     out = tmp_path / "study"
     out.mkdir()
-    (out / "rows.csv").write_text("object,other\nmug,1\n")
+    (out / "rows.csv").write_text("object,other\nmug,1\n", encoding="utf-8")
     assert study(toy, cloud(tmp_path, "one"), "--out", out) == 3
     assert "does not hold rows of this study" in capfd.readouterr().err
 

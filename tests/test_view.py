@@ -89,7 +89,7 @@ def test_another_cloud_is_left_out_with_a_note(grasps, tmp_path, capfd):
     np.savez(tmp_path / "box.npz", points=np.random.default_rng(1).random((90, 3)) / 10, table_height=0.0)
     assert run(["view", str(tmp_path / "made"), "--html", str(tmp_path / "page.html")]) == 0
     assert "Without cloud and surface" in capfd.readouterr().out
-    assert "has changed" in (tmp_path / "page.html").read_text()[-6_000_000:]
+    assert "has changed" in (tmp_path / "page.html").read_text(encoding="utf-8")[-6_000_000:]
 
 
 @pytest.mark.skipif(BROWSER is None, reason="needs chromium")
@@ -98,7 +98,7 @@ def test_the_page_draws_hand_object_and_springs_without_an_error(grasps, tmp_pat
     assert run(["view", str(tmp_path / "made"), "--html", str(page), "--png", str(tmp_path / "it.png")]) == 0
     assert (tmp_path / "it.png").read_bytes().startswith(b"\x89PNG")
     command = [str(BROWSER), *FLAGS.split(), "--virtual-time-budget=5000", "--dump-dom", page.as_uri()]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=400)
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=400)
     drawn = done.stdout.rpartition('data-drawn="')[2].partition('"')[0].split(",")
     assert {"hand", "surface", "cloud", "springs", "contacts", "normals", "friction cones", "table"} <= set(drawn)
     told = [line for line in done.stderr.splitlines() if "CONSOLE" in line]

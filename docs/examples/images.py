@@ -22,4 +22,6 @@ for i, place in enumerate(problem.camera_positions[:2]):
     open3d.io.write_image(f"depth_{i}.png", open3d.geometry.Image(millimetres))
     open3d.io.write_image(f"mask_{i}.png", open3d.geometry.Image(255 * seen.body.astype(np.uint8)))
     pose = np.block([[axes, place[:, None]], [np.zeros(3), 1.0]])
-    Path(f"camera_{i}.json").write_text(json.dumps({"K": camera.intrinsics.tolist(), "pose": pose.tolist()}))
+    Path(f"camera_{i}.json").write_text(
+        json.dumps({"K": camera.intrinsics.tolist(), "pose": pose.tolist()}), encoding="utf-8"
+    )

@@ -45,7 +45,7 @@ def python(code: str) -> None:
 
 def command(arguments: Sequence[str]) -> None:
     """Run the command `sgnlp`; a plan without a feasible grasp is one too."""
-    done = subprocess.run([*COMMAND, *arguments], capture_output=True, text=True)
+    done = subprocess.run([*COMMAND, *arguments], capture_output=True, encoding="utf-8")
     _check(done.returncode, done.stderr)
 
 
@@ -54,7 +54,9 @@ def memory_course(arguments: Sequence[str], every: float = SAMPLING) -> list[flo
 
     What the processes share is counted once, as the largest of their shared parts: workers are forked.
     """
-    process = subprocess.Popen([*COMMAND, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [*COMMAND, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, encoding="utf-8"
+    )
     course = []
     while process.poll() is None:
         parts = [_memory(pid) for pid in _tree(process.pid)]
@@ -78,7 +80,7 @@ def _tree(pid: int) -> Iterator[int]:
     """A process and all its descendants."""
     yield pid
     try:
-        children = [tid.joinpath("children").read_text() for tid in Path(f"/proc/{pid}/task").iterdir()]
+        children = [tid.joinpath("children").read_text(encoding="utf-8") for tid in Path(f"/proc/{pid}/task").iterdir()]
     except OSError:  # ended meanwhile
         return
     for child in " ".join(children).split():
@@ -88,7 +90,7 @@ def _tree(pid: int) -> Iterator[int]:
 def _memory(pid: int) -> tuple[float, float]:
     """Private and shared memory of a process [MB], 0 when it has ended."""
     try:
-        lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()[1:]
+        lines = Path(f"/proc/{pid}/smaps_rollup").read_text(encoding="utf-8").splitlines()[1:]
     except OSError:
         return 0.0, 0.0
     sizes = {line.split()[0]: float(line.split()[1]) * 1024 / 1e6 for line in lines}

@@ -146,7 +146,7 @@ class Compare(Tabling, Starting):
             console.print(f"failed: {case}: {reason}", soft_wrap=True)
 
     def _report(self, console: Console, rows: list[Row]) -> None:
-        table, how = Table(rows), json.loads((self.out / MADE).read_text())
+        table, how = Table(rows), json.loads((self.out / MADE).read_text(encoding="utf-8"))
         simulated = results.read_rows(self.out / SIMULATED, carried.Row)
         for title, lines in page.tables(table).items():
             console.print(report.rows_table(title, lines))

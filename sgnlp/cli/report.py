@@ -67,7 +67,7 @@ def write(folder: Path, file: Path | None = None, hand: str | None = None) -> li
 
 def _summary(file: Path) -> dict[str, Any]:
     try:
-        summary = json.loads(file.read_text())
+        summary = json.loads(file.read_text(encoding="utf-8"))
         return {name: summary[name] for name in (*summary, "starts_table", "best", "notes")}
     except (OSError, ValueError, KeyError, TypeError):
         raise InputError(f"'{file}' is missing, or not the summary of a result") from None
@@ -90,4 +90,4 @@ def _simulated(folder: Path) -> Section | None:
     fresh = {
         n: f.read_bytes() for n, f in pictures.items() if f.is_file() and f.stat().st_mtime >= file.stat().st_mtime
     }
-    return simulated(json.loads(file.read_text()), fresh)
+    return simulated(json.loads(file.read_text(encoding="utf-8")), fresh)

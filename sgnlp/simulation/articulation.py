@@ -70,7 +70,7 @@ def _urdf(file: Path) -> str:
 
     options = 'strippath="false" fusestatic="false" discardvisual="false" balanceinertia="true"'
     compiler = f'<mujoco><compiler meshdir="{file.parent}" {options}/></mujoco>'
-    text = re.sub(r"package://([^\"']+)", absolute, file.read_text())
+    text = re.sub(r"package://([^\"']+)", absolute, file.read_text(encoding="utf-8"))
     return re.sub(r"(<robot\b[^>]*>)", lambda match: match[1] + compiler, text, count=1)
 
 

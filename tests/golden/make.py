@@ -11,7 +11,7 @@ TIPS = ("link_3.0_tip", "link_7.0_tip", "link_11.0_tip", "link_15.0_tip")  # ind
 
 def tips(urdf: Path) -> ca.Function:
     """The function (wrist (7,), joints (16,), v (22,)) -> tips (4, 3), with the joints in Pinocchio's order."""
-    robot = CasadiKinDyn(urdf.read_text(), CasadiKinDyn.JointType.FREE_FLYER)
+    robot = CasadiKinDyn(urdf.read_text(encoding="utf-8"), CasadiKinDyn.JointType.FREE_FLYER)
     wrist, joints, v = ca.SX.sym("wrist", 7), ca.SX.sym("joints", robot.nq() - 7), ca.SX.sym("v", robot.nv())
     q = robot.integrate()(ca.vertcat(wrist, joints), v)
     positions = [robot.fk(tip)(q)[0] for tip in TIPS]
