@@ -16,7 +16,7 @@ from sgnlp.open3d_files import CLOUD_SUFFIXES
 
 PER_CAMERA = "points_"  # prefix of the keys of a file with one array per camera
 NUMBERS = ("table_height", "mass", "friction")  # keys of single numbers
-TEXTS = ("name", "half")  # keys of texts; the half of a problem set is choosing or reporting
+TEXTS = ("name", "half")  # keys of texts; the half of a problem set is tuning or held_out
 OPTIONAL_KEYS = ("view", "camera_positions", "mesh_vertices", "mesh_faces", *NUMBERS, *TEXTS)
 EXPECTED = (
     "an npz with 'points' (N, 3) in metres or one array 'points_<camera>' per camera, "

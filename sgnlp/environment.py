@@ -2,6 +2,8 @@
 
 import importlib.metadata
 import platform
+import subprocess
+from pathlib import Path
 from typing import Any
 
 import casadi as ca
@@ -11,6 +13,8 @@ from sgnlp.native import library
 from sgnlp.toolchain import processor
 
 PACKAGES = ("sgnlp", "casadi", "pin", "example-robot-data", "numpy", "scipy", "open3d", "mujoco", "coacd")
+CODE = ("sgnlp", "urdf", "problems")
+"""Folders of the checkout on which results depend."""
 
 
 def versions() -> dict[str, str]:
@@ -22,6 +26,20 @@ def versions() -> dict[str, str]:
         except importlib.metadata.PackageNotFoundError:
             found[package] = "missing"
     return found
+
+
+def commit() -> str:
+    """The commit of the code that runs, with "+ changes" if its files differ from it; "none" outside a checkout."""
+    try:
+        return _git("rev-parse", "HEAD") + (" + changes" if _git("status", "--porcelain", "-uno", "--", *CODE) else "")
+    except (OSError, subprocess.CalledProcessError):
+        return "none"
+
+
+def _git(*arguments: str) -> str:
+    folder = Path(__file__).parents[1]
+    done = subprocess.run(["git", *arguments], cwd=folder, capture_output=True, check=True, encoding="utf-8")
+    return done.stdout.strip()
 
 
 def machine() -> dict[str, Any]:

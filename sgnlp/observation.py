@@ -94,7 +94,7 @@ class Observation:
     friction: float | None = None  # true coefficient between a fingertip and the body
     notes: tuple[str, ...] = ()  # a sentence for each thing dropped or assumed
     source: str | None = None  # the file it was read from
-    half: str = ""  # of a problem set: choosing, reporting, or none
+    half: str = ""  # of a problem set: tuning, held_out, or none
     reading: dict[str, Any] | None = None  # the options that `load` was given, in plain values
 
 

@@ -142,10 +142,13 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def same_study(file: Path, made: dict[str, Any]) -> None:
-    """Raise `InputError` if a folder's `made.json` tells of another study, whose rows must not be mixed with these."""
+def resumed(file: Path, made: dict[str, Any]) -> dict[str, Any]:
+    """`made`, with the commits of the rows that a folder holds already where its `made.json` tells of others.
+
+    Raises `InputError` if it tells of another study, whose rows must not be mixed with these.
+    """
     if not file.is_file():
-        return
+        return made
     try:
         before = json.loads(file.read_text(encoding="utf-8"))
     except ValueError:
@@ -154,6 +157,9 @@ def same_study(file: Path, made: dict[str, Any]) -> None:
     changed = [name for name, digest in made["inputs"].items() if known.get(name, digest) != digest]
     if changed or before.get("study") != json.loads(json_text(made["study"])):
         raise InputError(f"'{file.parent}' holds rows of other settings or clouds; choose another --out or delete it")
+    commits = [*before.get("earlier_commits", []), before.get("commit")]
+    earlier = [commit for commit in dict.fromkeys(commits) if commit and commit != made.get("commit")]
+    return made | {"earlier_commits": earlier} if earlier else made
 
 
 def write_bytes(target: Path, content: bytes) -> None:

@@ -7,7 +7,7 @@ import pytest
 from test_trials import HEAVY, LIGHT, row
 
 from sgnlp.errors import InputError
-from sgnlp.observation import load
+from sgnlp.observation import ObservationSettings, load
 from sgnlp.presets import PAPER, ROBUST, VARIANTS
 from sgnlp.studies import defaults
 from sgnlp.studies.defaults import FINAL, STEPS, settings_of
@@ -54,22 +54,28 @@ def test_settings_of_the_command_line_are_refused():
         defaults.cases(replace(SETUP, settings=PAPER), [load(CAN)])
 
 
-def test_the_rows_depend_on_the_settings_of_every_step():
-    assert defaults.facts(SETUP)["settings"][FINAL] == asdict(ROBUST)
-    assert list(defaults.facts(SETUP)["settings"]) == list(STEPS)
+def test_the_rows_depend_on_the_settings_of_every_step_and_on_the_loads():
+    facts = defaults.STUDY.facts(SETUP)
+    assert facts["settings"] == asdict(ROBUST)
+    assert list(facts["conditions"]) == list(STEPS)
+    assert facts["conditions"][FINAL] == {"cameras": 2}
+    assert facts["conditions"]["ranked by energy"] == {"cameras": 2, "rank_by": "energy"}
+    assert facts["conditions"]["paper"]["limits.force_min"] == PAPER.limits.force_min
+    assert [load["mass"] for load in facts["loads"].values()] == [0.1, 0.3]
+    assert facts["cleaning"]["max_points"] == ObservationSettings().max_points
 
 
 def test_a_gain_is_over_the_step_before_on_the_objects_that_have_both():
     scores = {"paper": (0.0, 0.5, 1.0), "whole hand covered": (1.0, 1.0)}
     rows = [
-        row(object=f"can_{i}", condition=name, score=score, half="choosing")
+        row(object=f"can_{i}", condition=name, score=score, half="tuning")
         for name, values in scores.items()
         for i, score in enumerate(values)
     ]
     first, second = defaults.table(LIGHT, rows)
-    assert (first["gain, choosing"], second["gain, choosing"]) == ("-", "+75")
-    assert (second["choosing"].split()[0], second["reporting"]) == ("100", "-")
-    assert second["gain, reporting"] == "-"
+    assert (first["gain, tuning"], second["gain, tuning"]) == ("-", "+75")
+    assert (second["tuning"].split()[0], second["held out"]) == ("100", "-")
+    assert second["gain, held out"] == "-"
     assert (second["step"], second["changes"]) == ("whole hand covered", "paper")
 
 
@@ -77,7 +83,7 @@ def test_the_tables_have_both_loads_the_endings_and_what_the_steps_are():
     rows = [row(condition=FINAL), row(condition=FINAL, load=HEAVY, score=0.0, ending="dropped")]
     found = defaults.tables(rows)
     success = [lines for title, lines in found.items() if title.startswith("Success")]
-    assert [lines[0]["reporting"].split()[0] for lines in success] == ["100", "0"]
+    assert [lines[0]["held out"].split()[0] for lines in success] == ["100", "0"]
     assert len(found["Steps"]) == len(STEPS)
     assert {line["settings"] for line in found["Steps"]} >= {"contact.mass = 0.3", "contact.friction = 0.5"}
     assert len(defaults.panels(rows)) == 2

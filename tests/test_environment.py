@@ -24,6 +24,21 @@ def test_a_package_that_is_not_installed_is_missing(monkeypatch):
     assert environment.versions()["no-such-package"] == "missing"
 
 
+def test_the_commit_is_that_of_the_checkout_and_says_whether_files_differ(monkeypatch):
+    answers = {"rev-parse": "f" * 40, "status": ""}
+    monkeypatch.setattr(environment, "_git", lambda verb, *_: answers[verb])
+    assert environment.commit() == "f" * 40
+    answers["status"] = " M sgnlp/ipopt.py"
+    assert environment.commit() == "f" * 40 + " + changes"
+
+
+def test_there_is_no_commit_without_git_or_outside_a_checkout(monkeypatch, tmp_path):
+    monkeypatch.setattr(environment, "__file__", str(tmp_path / "sgnlp" / "environment.py"))
+    assert environment.commit() == "none"
+    monkeypatch.setenv("PATH", "")
+    assert environment.commit() == "none"
+
+
 def test_the_machine_has_a_system_and_a_processor():
     found = environment.machine()
     assert found["system"] == platform.system()

@@ -55,8 +55,8 @@ def test_the_name_of_a_failure_is_fit_for_a_file():
     assert failed(load=HEAVY).name == "can_1-2-views-0.3-kg-mu-0.6"
 
 
-def test_only_plain_conditions_of_the_reporting_half_are_looked_at():
-    rows = [row(score=0.0), row(), row(score=0.5), row(score=0.0, half="choosing")]
+def test_only_plain_conditions_of_the_held_out_half_are_looked_at():
+    rows = [row(score=0.0), row(), row(score=0.5), row(score=0.0, half="tuning")]
     rows += [row(score=0.0, condition="bilevel low, 2 views")]
     assert comparison.failed(rows) == [rows[0], rows[2]]
 

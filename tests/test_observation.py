@@ -55,7 +55,7 @@ def test_a_file_with_everything_is_read_whole_and_read_only(tmp_path):
         mesh_faces=[[0, 1, 2]],
         mass=0.3,
         friction=0.8,
-        half="choosing",
+        half="tuning",
     )
     observation = load(file, scale=1.1)
     assert isinstance(observation, Observation)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scenes import ellipsoid
 
-from sgnlp import plots, results
+from sgnlp import environment, plots, results
 from sgnlp.cli import run
 from sgnlp.errors import InputError
 from sgnlp.plots import Panel, Series, draw
@@ -115,6 +115,16 @@ def test_a_study_goes_on_where_it_ended(tmp_path, toy):
     assert study(toy, one, two, "--out", out) == 0
     assert WORKED[6:] == [("one", "1 2"), ("two", "1 2")]
     assert results.read_rows(out / "rows.csv", Row) == rows  # in the order of the cases, not of the work
+
+
+def test_a_study_that_goes_on_at_another_commit_names_the_commits_of_all_its_rows(tmp_path, toy, monkeypatch):
+    out, found = tmp_path / "study", []
+    for i, commit in enumerate(["a", "b", "b", "c"]):
+        monkeypatch.setattr(environment, "commit", lambda commit=commit: commit)
+        assert study(toy, *[cloud(tmp_path, f"cloud{k}") for k in range(i + 1)], "--out", out) == 0
+        made = json.loads((out / "made.json").read_text(encoding="utf-8"))
+        found.append((made["commit"], made.get("earlier_commits")))
+    assert found == [("a", None), ("b", ["a"]), ("b", ["a"]), ("c", ["a", "b"])]
 
 
 def test_tables_and_figure_are_made_anew_without_touching_the_rows(tmp_path, toy, capfd):

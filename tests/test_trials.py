@@ -22,7 +22,7 @@ LIGHT, HEAVY = LOADS
 def row(**changes: object) -> Row:
     """A trial that held."""
     held = Row(
-        *("can_1", "2 views", LIGHT, "reporting", "1 2", 7, 6, 0.5, 0.1, 0.0, "held", 1.0, 1.0),
+        *("can_1", "2 views", LIGHT, "held_out", "1 2", 7, 6, 0.5, 0.1, 0.0, "held", 1.0, 1.0),
         *(0.0, 50.0, 1.0, 0.5, 2.0, 1.0, 0.3, False),
     )
     return replace(held, **changes)  # type: ignore[arg-type]
@@ -36,7 +36,7 @@ def setup(**changes: object) -> Setup:
 def test_a_trial_has_a_row_for_each_load_and_the_same_plan_in_both():
     light, heavy = trials.trial(setup(settings=ROBUST), CAN, Condition("2 views", 2), ["1", "2"])
     assert (light.load, heavy.load) == tuple(LOADS)
-    assert (light.object, light.half, light.views, light.starts) == ("can_1", "reporting", "1 2", 1)
+    assert (light.object, light.half, light.views, light.starts) == ("can_1", "tuning", "1 2", 1)
     assert light.margin == heavy.margin
     assert light.ending in trials.ENDINGS
     assert light.penetration_mm >= 0
@@ -72,10 +72,10 @@ def test_an_object_without_truth_or_without_enough_cameras_is_refused():
 
 def test_totals_count_failures_and_keep_the_halves_apart():
     rows = [row(), row(score=0.5, strict=0.0, ending="slid"), row(score=0.0, strict=0.0, ending=NO_PLAN, feasible=0)]
-    rows += [row(half="choosing", score=0.0, strict=0.0, ending="in collision")]
+    rows += [row(half="tuning", score=0.0, strict=0.0, ending="in collision")]
     (line,) = [line for line in trials.totals(rows, ["2 views"]) if line["load"] == LIGHT]
-    assert line["reporting"].startswith("50 (")
-    assert line["choosing"].startswith("0 (")
+    assert line["held out"].startswith("50 (")
+    assert line["tuning"].startswith("0 (")
     assert line["all"].startswith("38 (")
     assert line["strict"].startswith("25 (")
     assert line["free of collision"].startswith("67 (")
@@ -106,13 +106,13 @@ def test_the_papers_columns_have_the_means_that_it_prints():
 
 def test_every_failure_of_the_plain_conditions_is_listed():
     rows = [row(), row(score=0.0, ending="dropped"), row(score=0.5, ending="slid", condition="1 view")]
-    rows += [row(score=0.0, half="choosing"), row(score=0.0, condition="bilevel high, 2 views")]
+    rows += [row(score=0.0, half="tuning"), row(score=0.0, condition="bilevel high, 2 views")]
     assert [line["ending"] for line in comparison.failures(rows)] == ["dropped", "slid"]
-    assert "Failures of the reporting half from 1, 2 and 3 views" in comparison.tables(rows)
+    assert "Failures of the held-out half from 1, 2 and 3 views" in comparison.tables(rows)
 
 
-def test_the_panels_show_the_reporting_half_with_intervals():
-    light, heavy = comparison.panels([row(), row(score=0.0), row(half="choosing", score=0.0)])
+def test_the_panels_show_the_held_out_half_with_intervals():
+    light, heavy = comparison.panels([row(), row(score=0.0), row(half="tuning", score=0.0)])
     (series,) = light.series
     assert list(series.y) == [50.0]
     assert series.low[0] < 50 < series.high[0]

@@ -24,6 +24,7 @@ from sgnlp.errors import InputError
 from sgnlp.hand import load_hand
 from sgnlp.observation import Observation
 from sgnlp.settings import Formulation
+from sgnlp.studies import trials
 from sgnlp.studies.study import Case, Setup, collect
 from sgnlp.workers import Workers
 
@@ -86,8 +87,7 @@ class Compare(Tabling, Starting):
         hand = load_hand(self.hand, self.settings.spheres)
         observations = Setup(self.files, self.hand, self.settings, self.starts, self.seed, 0.0).observations()
         inputs = {observation.name: observation.digest for observation in observations}
-        how = made(study=self._facts(), inputs=inputs)
-        results.same_study(self.out / MADE, how)
+        how = results.resumed(self.out / MADE, made(study=self._facts(), inputs=inputs))
         results.read_rows(self.out / ROWS, Row)
         with bars(console) as bar:
             if self.settings.solver.compiled:
@@ -111,7 +111,7 @@ class Compare(Tabling, Starting):
 
     def _facts(self) -> dict[str, Any]:
         """What rows depend on, beside clouds, solvers, formulations and starts, which can be added to."""
-        facts = {"seed": self.seed, "hand": self.hand, "settings": asdict(self.settings)}
+        facts = {"seed": self.seed, "hand": self.hand, "settings": asdict(self.settings)} | trials.loads()
         return facts | {"time_limit": self.time_limit, "repeats": self.repeats, "tolerances": self.tolerances}
 
     def _runs(self, observations: list[Observation], names: tuple[str, ...]) -> dict[tuple[str, ...], Run]:

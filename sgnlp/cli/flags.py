@@ -108,9 +108,10 @@ def beginning(command: type[Command], name: str) -> Command:
 
 
 def made(**facts: Any) -> dict[str, Any]:
-    """How rows were made: the command, the facts given, versions and machine."""
+    """How rows were made: the command, the commit, the facts given, versions and machine."""
     return {
         "command": shlex.join(["sgnlp", *sys.argv[1:]]),
+        "commit": environment.commit(),
         **facts,
         "versions": environment.versions(),
         "machine": environment.machine(),

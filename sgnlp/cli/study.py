@@ -61,8 +61,7 @@ class Study(Tabling, Starting):
         observations = setup.observations()
         cases = study.cases(setup, observations)
         inputs = {observation.name: observation.digest for observation in observations}
-        how = made(study=study.facts(setup), inputs=inputs)
-        results.same_study(folder / "made.json", how)
+        how = results.resumed(folder / "made.json", made(study=study.facts(setup), inputs=inputs))
         results.read_rows(folder / ROWS, study.row)
         results.write_text(folder / "made.json", results.json_text(how))
         rows, broken = self._rows(console, study, cases, folder)

@@ -233,9 +233,9 @@ def _share(rows: Sequence[Row], kernel: str, level: float) -> float:
 
 
 def facts(setup: Setup) -> dict[str, Any]:
-    """Seed and settings of the surface."""
+    """Seed, settings of the surface, and how clouds are cleaned."""
     gpis = {name: value for name, value in asdict(setup.settings.gpis).items() if name != "kernel"}
-    return {"seed": setup.seed, "gpis": gpis}
+    return {"seed": setup.seed, "gpis": gpis, "cleaning": setup.facts()["cleaning"]}
 
 
 STUDY = Study(

@@ -5,6 +5,7 @@ true shape, while the plan knew the partial cloud alone.
 """
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 from sgnlp.observation import Observation, load
 from sgnlp.plots import Panel
@@ -57,7 +58,7 @@ def tables(rows: Sequence[Row]) -> Tables:
         **{f"Success in percent, {name}; in brackets the paper's real trials": by_object(rows, name) for name in LOADS},
         "Success in percent with 95 % intervals": trials.totals(rows, names),
         "Endings": trials.endings(rows, names),
-        "Failures of the reporting half from 1, 2 and 3 views": failures(rows),
+        "Failures of the held-out half from 1, 2 and 3 views": failures(rows),
     }
     return {title: lines for title, lines in found.items() if lines}
 
@@ -90,9 +91,9 @@ def failures(rows: Sequence[Row]) -> Lines:
 
 
 def failed(rows: Sequence[Row]) -> list[Row]:
-    """The trials of the plain conditions on the reporting half that did not hold."""
+    """The trials of the plain conditions on the held-out half that did not hold."""
     plain = [condition.name for condition in CONDITIONS[:3]]
-    return [row for row in rows if row.condition in plain and row.half == "reporting" and row.score < 1]
+    return [row for row in rows if row.condition in plain and row.half == "held_out" and row.score < 1]
 
 
 def looked_at(setup: Setup, rows: Sequence[Row]) -> Iterator[Failed]:
@@ -112,6 +113,7 @@ STUDY = Study(
     cases=cases,
     tables=tables,
     panels=panels,
+    facts=partial(trials.facts, CONDITIONS),
     failed=looked_at,
     caption=(
         "Success of the first choice in simulation under two loads, on the poses that no setting was chosen by, "

@@ -1,12 +1,12 @@
 """How the defaults were chosen: one step at a time, from the paper's weights with its errata corrected.
 
-Each step changes some settings of an earlier one. They are chosen by the choosing half of the objects, and judged by
-the reporting half. The settings are whole: those of the command line have no say, and others than the default are
-refused.
+Each step changes some settings of an earlier one. They are chosen by the tuning half of the problems, and judged by
+the half that is held out. The settings are whole: those of the command line have no say, and others than the default
+are refused.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -102,7 +102,7 @@ def table(load_name: str, rows: Sequence[Row]) -> Lines:
     for line in trials.totals(rows, names):
         name = line["condition"]
         if line["load"] == load_name:
-            gains = {f"gain, {half}": gain(rows, name, load_name, half) for half in ("choosing", "reporting")}
+            gains = {f"gain, {half}": gain(rows, name, load_name, key) for key, half in trials.HALVES.items()}
             kept = {key: value for key, value in line.items() if key not in ("condition", "load", "all")}
             lines.append({"step": name, "changes": STEPS[name].before} | kept | gains)
     return lines
@@ -142,12 +142,6 @@ def panels(rows: Sequence[Row]) -> list[Panel]:
     return trials.panels(rows, trials.present(rows))
 
 
-def facts(setup: Setup) -> dict[str, Any]:
-    """Seed, starts, hand, and the settings of every step."""
-    steps = {name: asdict(settings_of(name)) for name in STEPS}
-    return {"seed": setup.seed, "starts": setup.starts, "hand": setup.hand, "settings": steps}
-
-
 STUDY = Study(
     question="how were the defaults chosen, and what does each step from the paper to them gain?",
     row=Row,
@@ -159,5 +153,5 @@ STUDY = Study(
         "defaults and for what was tried beside them, on the poses that no setting was chosen by, with Wilson's 95 "
         "% intervals."
     ),
-    facts=facts,
+    facts=partial(trials.facts, CONDITIONS),
 )

@@ -7,6 +7,7 @@ gravity with it: springs sag by m g/Σk.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from math import hypot, nan
 from pathlib import Path
 from statistics import mean
@@ -158,4 +159,5 @@ STUDY = Study(
         "Rise of the object while it is grasped, simulated over planned, a point for each object; on the grey line "
         "it rises as planned."
     ),
+    facts=partial(trials.facts, CONDITIONS),
 )

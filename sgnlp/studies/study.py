@@ -14,7 +14,7 @@ from typing import Any
 
 from sgnlp import results
 from sgnlp.errors import InputError
-from sgnlp.observation import Observation, load
+from sgnlp.observation import Observation, ObservationSettings, load
 from sgnlp.plots import Panel
 from sgnlp.settings import Settings
 from sgnlp.workers import Workers, each, one_at_a_time
@@ -41,7 +41,8 @@ class Setup:
 
     def facts(self) -> dict[str, Any]:
         """What rows of plans depend on."""
-        return {"seed": self.seed, "starts": self.starts, "hand": self.hand, "settings": asdict(self.settings)}
+        facts = {"seed": self.seed, "starts": self.starts, "hand": self.hand, "timeout": self.timeout}
+        return facts | {"settings": asdict(self.settings), "cleaning": asdict(ObservationSettings())}
 
     def observations(self) -> list[Observation]:
         """Every cloud, so that a bad one is told before the hours of work.

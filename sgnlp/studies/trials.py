@@ -5,7 +5,7 @@ without a feasible grasp is a trial that failed: nothing is left out.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from math import pi
 from pathlib import Path
@@ -29,6 +29,8 @@ LOADS = {
 }
 """What the true object weighs and how it grips: easy, and hard."""
 NO_PLAN = "no feasible grasp"
+HALVES = {"tuning": "tuning", "held_out": "held out"}
+"""The halves of a problem set as files and tables call them."""
 ENDINGS = ("held", "slid", "dropped", "not lifted", "in collision", "diverged", NO_PLAN)
 
 
@@ -93,6 +95,31 @@ def _views(whole: Observation, condition: Condition) -> list[str]:
     if condition.cameras not in sets:
         raise InputError(f"'{whole.name}' was not seen by {condition.cameras} cameras, as '{condition.name}' asks")
     return sets[condition.cameras]
+
+
+def facts(conditions: Sequence[Condition], setup: Setup) -> dict[str, Any]:
+    """What trials depend on: also the settings that each condition changes, by their names, and the loads."""
+    plain = flat(asdict(setup.settings))
+    changes = {
+        condition.name: {"cameras": condition.cameras}
+        | {key: value for key, value in flat(asdict(condition.change(setup.settings))).items() if value != plain[key]}
+        for condition in conditions
+    }
+    return setup.facts() | {"conditions": changes} | loads()
+
+
+def loads() -> dict[str, Any]:
+    """Every setting of the simulation under each load."""
+    return {"loads": {name: asdict(settings) for name, settings in LOADS.items()}}
+
+
+def flat(settings: dict[str, Any]) -> dict[str, Any]:
+    """Settings by their full names, `limits.shift`."""
+    return {
+        f"{section}.{name}" if name else section: value
+        for section, part in settings.items()
+        for name, value in (part.items() if isinstance(part, dict) else [("", part)])
+    }
 
 
 def trial(setup: Setup, file: Path, condition: Condition, views: list[str]) -> list[Row]:
@@ -169,7 +196,7 @@ def totals(rows: Sequence[Row], conditions: Sequence[str]) -> Lines:
     """A line for each condition and load: success in percent with its 95 % interval, on each half and on all."""
     return [
         {"condition": condition, "load": load_name}
-        | {half or "all": success(of(rows, condition, load_name, half)) for half in ("choosing", "reporting", "")}
+        | {half: success(of(rows, condition, load_name, key)) for key, half in (HALVES | {"": "all"}).items()}
         | _shares(of(rows, condition, load_name, ""))
         for load_name in LOADS
         for condition in conditions
@@ -213,7 +240,7 @@ def _shares(rows: Sequence[Row]) -> dict[str, str]:
 
 
 def panels(rows: Sequence[Row], conditions: Sequence[str]) -> list[Panel]:
-    """Success of every condition on the reporting half, with its interval, a panel for each load."""
+    """Success of every condition on the held-out half, with its interval, a panel for each load."""
     return [
         Panel(load_name, "", "success [%]", (_bars(rows, conditions, load_name),), bars=True, y_range=(0, 100))
         for load_name in LOADS
@@ -221,10 +248,10 @@ def panels(rows: Sequence[Row], conditions: Sequence[str]) -> list[Panel]:
 
 
 def _bars(rows: Sequence[Row], conditions: Sequence[str], load_name: str) -> Series:
-    groups = [of(rows, condition, load_name, "reporting") for condition in conditions]
+    groups = [of(rows, condition, load_name, "held_out") for condition in conditions]
     spans = [wilson(sum(row.score for row in group), len(group)) for group in groups]
     return Series(
-        "reporting half",
+        "held-out half",
         conditions,
         [100 * mean_score(group) for group in groups],
         [100 * low for low, _ in spans],

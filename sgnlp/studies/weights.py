@@ -99,5 +99,6 @@ STUDY = Study(
     cases=cases,
     tables=lambda rows: {f"Success in percent, {name}": table(name, rows) for name in LOADS},
     panels=panels,
-    caption=("Success of the first choice in simulation at half, once and twice each weight, under two loads."),
+    caption="Success of the first choice in simulation at half, once and twice each weight, under two loads.",
+    facts=partial(trials.facts, CONDITIONS),
 )
