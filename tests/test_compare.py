@@ -117,11 +117,13 @@ def test_the_best_of_a_start_is_the_lowest_energy_where_the_rows_are_met():
 def test_expectations_are_shown_or_refuted_by_the_rows():
     said = "\n".join(verdicts(Table(ROWS)))
     assert "Shown: `ipopt` reaches 1e-06 on 100" in said
-    assert "Shown: `ipopt` ends below `adamw-1000` on 100" in said
+    assert "Shown: `ipopt` ends below `adamw-1000` on 2 of the 2 starts where `adamw-1000` meets the rows" in said
     assert "Refuted: limited-memory Ipopt reaches 1e-06 on 50" in said
     assert "Shown: first-order steps reach 1e-06 on 0" in said
     worse = [replace(row, energy=-10.0) if row.solver == "ipopt" else row for row in ROWS]
-    assert "Refuted: `ipopt` ends below `adamw-1000` on 0" in "\n".join(verdicts(Table(worse)))
+    assert "Refuted: `ipopt` ends below `adamw-1000` on 0 of the 2" in "\n".join(verdicts(Table(worse)))
+    off = [replace(r, primal=0.5) if (r.solver, r.start) == ("adamw-1000", 0) else r for r in ROWS]
+    assert "on 1 of the 1 starts where `adamw-1000` meets the rows" in "\n".join(verdicts(Table(off)))
 
 
 def test_the_advice_names_the_surest_solver_and_the_fastest_where_it_gets_there():

@@ -4,7 +4,7 @@ from math import comb
 
 import pytest
 
-from sgnlp.studies.statistics import percent, wilson
+from sgnlp.studies.statistics import percent, sign_test, wilson
 
 
 def test_wilsons_interval_is_that_of_the_literature():
@@ -32,3 +32,14 @@ def test_the_interval_holds_the_truth_as_often_as_it_promises_on_the_mean():
 
 def test_a_share_is_told_with_its_interval():
     assert percent(81, 263) == "31 (26-37)"
+
+
+@pytest.mark.parametrize(("better", "worse"), [(13, 2), (2, 13), (5, 5), (0, 6), (7, 0)])
+def test_the_sign_test_counts_the_splits_that_are_as_uneven(better, worse):
+    n = better + worse
+    splits = [comb(n, k) for k in range(n + 1) if abs(2 * k - n) >= abs(better - worse)]
+    assert sign_test(better, worse) == pytest.approx(sum(splits) / 2**n)
+
+
+def test_without_a_pair_that_differs_nothing_is_told_apart():
+    assert sign_test(0, 0) == 1

@@ -111,6 +111,15 @@ def test_every_failure_of_the_plain_conditions_is_listed():
     assert "Failures of the held-out half from 1, 2 and 3 views" in comparison.tables(rows)
 
 
+def test_two_conditions_are_told_apart_on_the_held_out_problems_that_both_have():
+    one = [row(object=f"can_{i}", score=score) for i, score in enumerate([1.0, 1.0, 0.5, 0.0, 1.0])]
+    two = [row(object=f"can_{i}", condition="1 view", score=score) for i, score in enumerate([0.0, 1.0, 0.0, 0.5])]
+    seen = [row(object="pear_0", half="tuning"), row(object="pear_0", half="tuning", condition="1 view", score=0.0)]
+    (line,) = trials.paired([*one, *two, *seen], [("2 views", "1 view"), ("3 views", "2 views")])
+    assert [line[key] for key in ("load", "condition", "against")] == [LIGHT, "2 views", "1 view"]
+    assert [line[key] for key in ("better", "worse", "same", "p")] == ["2", "1", "1", "1"]
+
+
 def test_the_panels_show_the_held_out_half_with_intervals():
     light, heavy = comparison.panels([row(), row(score=0.0), row(half="tuning", score=0.0)])
     (series,) = light.series

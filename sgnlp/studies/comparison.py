@@ -26,6 +26,16 @@ CONDITIONS = (
     Condition("bilevel heuristic, 2 views", 2, VARIANTS["bilevel-heuristic"]),
 )
 """The columns of the paper's Tab. II in its order."""
+PAIRS = (
+    ("1 view", "no uncertainty, 1 view"),
+    ("1 view", "no pregrasp, 1 view"),
+    ("2 views", "bilevel high, 2 views"),
+    ("2 views", "bilevel low, 2 views"),
+    ("2 views", "bilevel heuristic, 2 views"),
+    ("3 views", "2 views"),
+    ("2 views", "1 view"),
+)
+"""What is told apart, on the same problems."""
 PAPER: dict[str, tuple[int, ...]] = {
     "mustard": (90, 100, 80, 70, 90, 50, 60, 60),
     "lego": (90, 70, 80, 70, 60, 70, 50, 50),
@@ -57,6 +67,7 @@ def tables(rows: Sequence[Row]) -> Tables:
     found = {
         **{f"Success in percent, {name}; in brackets the paper's real trials": by_object(rows, name) for name in LOADS},
         "Success in percent with 95 % intervals": trials.totals(rows, names),
+        "The same held-out problems under two conditions, p of the exact sign test": trials.paired(rows, PAIRS),
         "Endings": trials.endings(rows, names),
         "Failures of the held-out half from 1, 2 and 3 views": failures(rows),
     }

@@ -1,4 +1,4 @@
-"""Statistics of counts."""
+"""Statistics of counts, and of the same cases under two conditions."""
 
 from math import sqrt
 from statistics import NormalDist
@@ -12,6 +12,13 @@ def wilson(successes: float, trials: int, level: float = 0.95) -> tuple[float, f
     centre = share + z * z / (2 * trials)
     spread = z * sqrt(share * (1 - share) / trials + z * z / (4 * trials**2))
     return max((centre - spread) / (1 + z * z / trials), 0.0), min((centre + spread) / (1 + z * z / trials), 1.0)
+
+
+def sign_test(better: int, worse: int) -> float:
+    """The p-value of the exact two-sided sign test: how likely so uneven a split of the pairs is by chance."""
+    from scipy.stats import binomtest
+
+    return float(binomtest(better, better + worse).pvalue) if better + worse else 1.0
 
 
 def percent(successes: float, trials: int) -> str:

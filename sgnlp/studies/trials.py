@@ -18,7 +18,7 @@ from sgnlp.plan import Plan, solve
 from sgnlp.plots import Panel, Series
 from sgnlp.settings import Settings
 from sgnlp.simulation import Outcome, SimulationSettings, command, simulate, true_body
-from sgnlp.studies.statistics import percent, wilson
+from sgnlp.studies.statistics import percent, sign_test, wilson
 from sgnlp.studies.study import Case, Lines, Setup, view_sets
 from sgnlp.summary import arrays
 
@@ -211,6 +211,21 @@ def endings(rows: Sequence[Row], conditions: Sequence[str]) -> Lines:
         for load_name in LOADS
         for condition in conditions
     ]
+
+
+def paired(rows: Sequence[Row], pairs: Sequence[tuple[str, str]]) -> Lines:
+    """A line for each two conditions and load: how many held-out problems score higher in the first, or not."""
+    lines = []
+    for load_name in LOADS:
+        for one, other in pairs:
+            scores = [{row.object: row.score for row in of(rows, name, load_name, "held_out")} for name in (one, other)]
+            both = [(scores[0][key], scores[1][key]) for key in scores[0].keys() & scores[1].keys()]
+            better, worse = sum(a > b for a, b in both), sum(a < b for a, b in both)
+            counts = {"better": better, "worse": worse, "same": len(both) - better - worse}
+            line = {"load": load_name, "condition": one, "against": other} | {k: str(v) for k, v in counts.items()}
+            if both:
+                lines.append(line | {"p": f"{sign_test(better, worse):.2g}"})
+    return lines
 
 
 def success(rows: Sequence[Row]) -> str:
