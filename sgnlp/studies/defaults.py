@@ -43,6 +43,7 @@ _FORCES = {
     "limits.shift": 0.01,
 }
 _CLOSED = {"gpis.exterior_noise": 0.05}
+_TORQUES = {"limits.effort": 1.0}
 STEPS = {
     "paper": Step("", {}),
     "whole hand covered": Step("paper", {"spheres": "cover", "limits.table_margin": 0.012}),
@@ -58,6 +59,8 @@ STEPS = {
     "Matérn 5/2": Step(FINAL, {"gpis.kernel": "matern52"}),
     "force 6 to 15 N": Step(FINAL, {"limits.force_min": 6.0, "limits.force_max": 15.0}),
     "friction 0.5": Step(FINAL, {"contact.friction": 0.5}),
+    "torques within the effort": Step(FINAL, _TORQUES),
+    "torques within the effort, 1 view": Step(f"{FINAL}, 1 view", _TORQUES, cameras=1),
 }
 """From the paper to the default, then what was tried beside it."""
 
