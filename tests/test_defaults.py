@@ -46,7 +46,8 @@ def test_every_object_is_tried_in_every_step_by_its_own_settings():
     assert [case.key for case in cases] == [("can_1", name) for name in STEPS]
     for condition in defaults.CONDITIONS:
         assert condition.change(PAPER) == settings_of(condition.name)
-    assert [c.name for c in defaults.CONDITIONS if c.cameras == 1] == [name for name in STEPS if name.endswith("1 view")]
+    one = [condition.name for condition in defaults.CONDITIONS if condition.cameras == 1]
+    assert one == [name for name in STEPS if name.endswith("1 view")]
 
 
 def test_settings_of_the_command_line_are_refused():
