@@ -47,11 +47,11 @@ TOY = Study(
 )
 
 
-def cloud(folder: Path, name: str) -> Path:
+def cloud(folder: Path, name: str, **more: object) -> Path:
     """A file of the ellipsoid as seen by three cameras."""
     points = ellipsoid()
     view = np.argmax(points @ [[1, -0.5, -0.5], [0, 0.87, -0.87], [0, 0, 0]], axis=1)
-    np.savez(folder / f"{name}.npz", points=points, view=view, table_height=0.0)
+    np.savez(folder / f"{name}.npz", points=points, view=view, table_height=0.0, **more)
     return folder / f"{name}.npz"
 
 
@@ -125,6 +125,14 @@ def test_a_study_that_goes_on_at_another_commit_names_the_commits_of_all_its_row
         made = json.loads((out / "made.json").read_text(encoding="utf-8"))
         found.append((made["commit"], made.get("earlier_commits")))
     assert found == [("a", None), ("b", ["a"]), ("b", ["a"]), ("c", ["a", "b"])]
+
+
+def test_one_half_of_a_problem_set_can_be_chosen(tmp_path, toy, capfd):
+    files = [cloud(tmp_path, half, half=half) for half in ("tuning", "held_out")] + [cloud(tmp_path, "neither")]
+    assert study(toy, *files, "--half", "held_out", "--out", tmp_path / "study") == 0
+    assert {name for name, _ in WORKED} == {"held_out"}
+    assert study(toy, files[-1], "--half", "tuning", "--out", tmp_path / "none") == 3
+    assert "none of the clouds is of the half 'tuning'" in capfd.readouterr().err
 
 
 def test_tables_and_figure_are_made_anew_without_touching_the_rows(tmp_path, toy, capfd):

@@ -3,7 +3,7 @@
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import tyro
 from rich.console import Console
@@ -15,6 +15,7 @@ from sgnlp.cli.flags import ROWS, Starting, Tabling, made
 from sgnlp.cli.progress import bars
 from sgnlp.errors import InputError
 from sgnlp.hand import load_hand
+from sgnlp.observation import load
 from sgnlp.studies import STUDIES
 from sgnlp.studies.study import Case, Setup, collect
 from sgnlp.workers import Workers
@@ -35,6 +36,8 @@ class Study(Tabling, Starting):
     name: Annotated[tyro.conf.Positional[Name], tyro.conf.arg(help=QUESTIONS)]
     files: tyro.conf.Positional[tuple[Path, ...]] = ()
     """the clouds, where the study is made on clouds"""
+    half: Literal["tuning", "held_out"] | None = None
+    """only the clouds of this half of a problem set"""
     timeout: float = 300.0
     """wall-clock limit of a start with all that it is compared with [s]"""
     pictures: bool = False
@@ -57,7 +60,7 @@ class Study(Tabling, Starting):
             pictures.headless()
         results.writable(folder)
         load_hand(self.hand, self.settings.spheres)
-        setup = Setup(self.files, self.hand, self.settings, self.starts, self.seed, self.timeout)
+        setup = Setup(self._chosen(), self.hand, self.settings, self.starts, self.seed, self.timeout)
         observations = setup.observations()
         cases = study.cases(setup, observations)
         inputs = {observation.name: observation.digest for observation in observations}
@@ -75,6 +78,13 @@ class Study(Tabling, Starting):
             console.print(f"failed: {case}: {reason}", soft_wrap=True)
         console.print(f"written: {folder}", soft_wrap=True)
         return codes.NONE_FEASIBLE if broken else codes.FEASIBLE
+
+    def _chosen(self) -> tuple[Path, ...]:
+        """The files of the half that is asked for."""
+        files = tuple(file for file in self.files if self.half in (None, load(file).half))
+        if self.files and not files:
+            raise InputError(f"none of the clouds is of the half '{self.half}'")
+        return files
 
     def _redraw(self, console: Console, study: studies.Study, folder: Path) -> int:
         """Tables and figure alone: rows and how they were made stay as they are, whatever is set here."""
