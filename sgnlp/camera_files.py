@@ -17,8 +17,8 @@ FloatArray = NDArray[np.float64]
 
 YAML_SUFFIXES = (".yaml", ".yml")
 MILLIMETRE = 0.001  # [m] the unit of BOP's translations, and of its depth_scale
-K_KEYS = ("K", "k", "camera_matrix", "cam_K", "intrinsic_matrix", "intrinsics", "fx")
-"""A file with one of these says the intrinsics."""
+MATRICES = ("K", "k", "camera_matrix", "cam_K", "intrinsics", "intrinsic")
+"""Keys of the nine numbers of K."""
 KNOWN = (
     "K and pose, Open3D's (intrinsic, extrinsic), ROS's CameraInfo (k or K, d or D) with a pose, "
     "RealSense's (fx, fy, ppx, ppy) with a pose, or BOP's (cam_K, cam_R_w2c, cam_t_w2c)"
@@ -31,7 +31,7 @@ class Camera:
 
     intrinsics: FloatArray  # (3, 3) [px]
     pose: FloatArray  # (4, 4), or (3, 4) its upper rows: camera to world [m]
-    size: tuple[int, int] | None = None  # (width, height) [px] of its images
+    size: tuple[float, float] | None = None  # (width, height) [px] of its images
     unit: float | None = None  # [m] of its depths
     notes: tuple[str, ...] = ()
 
@@ -52,16 +52,26 @@ def read(path: Path, image: str) -> Camera:
         raise InputError(f"is not the JSON or YAML of a camera, which has {KNOWN}")
     found = _one(dict(loaded), image)
     _undistorted(found)
-    inner = found.get("intrinsic", found.get("intrinsics", found))
-    source = found | dict(inner) if isinstance(inner, Mapping) else found
+    inner = [found[key] for key in MATRICES if isinstance(found.get(key), Mapping) and "data" not in found[key]]
+    source = found | dict(inner[0]) if inner else found
     K = _intrinsics(source)
     pose, notes = _pose(found)
-    unit = (
-        float(floats(found["depth_scale"], "depth_scale", ())) * MILLIMETRE
-        if "cam_K" in found and "depth_scale" in found
-        else None
-    )
+    unit = None
+    if "cam_K" in found and "depth_scale" in found:
+        unit = float(_numbers(found, "depth_scale", 1)[0]) * MILLIMETRE
+    elif "depth_scale" in found:  # metres for RealSense, millimetres for BOP
+        notes.append(f"Did not use 'depth_scale', {found['depth_scale']}, of the camera's file; see --unit.")
     return Camera(K, pose, _size(source), unit, tuple(notes))
+
+
+def _numbers(found: Mapping[str, Any], key: str, count: int | None) -> FloatArray:
+    """All numbers of an array one after the other, which may be written as rows, cols and data."""
+    value = found[key]
+    value = value["data"] if isinstance(value, Mapping) and "data" in value else value
+    try:
+        return floats(np.ravel(value), key, (count,))
+    except ValueError as error:
+        raise InputError(f"'{key}' must be an array of real numbers; its rows differ in length") from error
 
 
 def _one(found: dict[str, Any], image: str) -> dict[str, Any]:
@@ -85,41 +95,35 @@ def _one(found: dict[str, Any], image: str) -> dict[str, Any]:
     return dict(entries[number] if number in entries else next(iter(entries.values())))
 
 
-def _data(value: Any) -> Any:
-    """The numbers of a matrix that is written as rows, cols and data."""
-    return value["data"] if isinstance(value, Mapping) and "data" in value else value
-
-
 def _intrinsics(found: Mapping[str, Any]) -> FloatArray:
     """K (3, 3) from rows, or all numbers row by row; Open3D's, which stand column by column, turned."""
-    for key in ("K", "k", "camera_matrix", "cam_K"):
-        if key in found:
-            return floats(np.ravel(_data(found[key])), key, (9,)).reshape(3, 3)
+    for key in MATRICES:
+        if key in found and not (isinstance(found[key], Mapping) and "data" not in found[key]):
+            return _numbers(found, key, 9).reshape(3, 3)
     if "intrinsic_matrix" in found:
-        K = floats(np.ravel(found["intrinsic_matrix"]), "intrinsic_matrix", (9,)).reshape(3, 3)
+        K = _numbers(found, "intrinsic_matrix", 9).reshape(3, 3)
         return K if np.array_equal(K[2], [0, 0, 1]) else K.T
-    if "fx" not in found:
-        raise InputError(f"the key 'K' is missing; a camera has {KNOWN}")
     names = ("fx", "fy", *(("ppx", "ppy") if "ppx" in found else ("cx", "cy")))
     missing = [name for name in names if name not in found]
     if missing:
-        raise InputError(f"the key '{missing[0]}' is missing; a camera has {KNOWN}")
-    fx, fy, cx, cy = (float(floats(found[name], name, ())) for name in names)
+        name = "K" if "fx" not in found else missing[0]
+        raise InputError(f"the key '{name}' is missing; a camera has {KNOWN}")
+    fx, fy, cx, cy = (float(_numbers(found, name, 1)[0]) for name in names)
     return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
 
 
 def _pose(found: Mapping[str, Any]) -> tuple[FloatArray, list[str]]:
     """Camera to world, and a note where the file has it the other way round."""
     if "pose" in found:
-        return _matrix(found["pose"], "pose"), []
+        return _matrix(found), []
     if "extrinsic" in found:
-        extrinsic = floats(np.ravel(found["extrinsic"]), "extrinsic", (16,)).reshape(4, 4)
+        extrinsic = _numbers(found, "extrinsic", 16).reshape(4, 4)
         by_columns = np.array_equal(extrinsic[:, 3], [0, 0, 0, 1])
         return _inverse(extrinsic.T if by_columns else extrinsic), ["Inverted 'extrinsic', which is world to camera."]
     if "cam_R_w2c" in found and "cam_t_w2c" in found:
         world = np.eye(4)
-        world[:3, :3] = floats(np.ravel(found["cam_R_w2c"]), "cam_R_w2c", (9,)).reshape(3, 3)
-        world[:3, 3] = floats(np.ravel(found["cam_t_w2c"]), "cam_t_w2c", (3,)) * MILLIMETRE
+        world[:3, :3] = _numbers(found, "cam_R_w2c", 9).reshape(3, 3)
+        world[:3, 3] = _numbers(found, "cam_t_w2c", 3) * MILLIMETRE
         return _inverse(world), ["Inverted 'cam_R_w2c' and 'cam_t_w2c', which are world to camera in mm."]
     raise InputError(
         "the key 'pose' is missing: the 16 numbers of the matrix from the camera's (optical) frame to the world; "
@@ -127,15 +131,18 @@ def _pose(found: Mapping[str, Any]) -> tuple[FloatArray, list[str]]:
     )
 
 
-def _matrix(value: Any, name: str) -> FloatArray:
-    if isinstance(value, Mapping) or np.size(value) == 7:
+def _matrix(found: Mapping[str, Any]) -> FloatArray:
+    """The pose (4, 4), or its upper rows (3, 4)."""
+    value = found["pose"]
+    numbers = None if isinstance(value, Mapping) and "data" not in value else _numbers(found, "pose", None)
+    if numbers is None or len(numbers) == 7:
         raise InputError(
-            f"'{name}' has a quaternion; give the matrix [[R, t], [0 0 0 1]] with "
+            "'pose' has a quaternion; give the matrix [[R, t], [0 0 0 1]] with "
             "R = scipy.spatial.transform.Rotation.from_quat([x, y, z, w]).as_matrix()"
         )
-    numbers = np.ravel(value)
-    rows = 3 if numbers.size == 12 else 4
-    return floats(numbers, name, (4 * rows,)).reshape(rows, 4)
+    if len(numbers) not in (12, 16):
+        raise InputError(f"'pose' must have the 16 numbers of [[R, t], [0 0 0 1]]; found {len(numbers)}")
+    return numbers.reshape(-1, 4)
 
 
 def _inverse(pose: FloatArray) -> FloatArray:
@@ -148,17 +155,17 @@ def _undistorted(found: Mapping[str, Any]) -> None:
     """Refuse a lens with distortion: images are rectified."""
     for key in ("d", "D", "distortion_coefficients", "coeffs", "distortion"):
         if key in found:
-            coefficients = floats(np.ravel(_data(found[key])), key, (None,))
+            coefficients = _numbers(found, key, None)
             if not (coefficients == 0).all():
                 raise InputError(
-                    f"the lens distortion '{key}' is not zero, but images must be rectified: rectify them, "
-                    "or if they are, give the first three columns of p as K and leave the distortion out"
+                    f"the lens distortion '{key}' is not zero, but images must be rectified: rectify them, or if they "
+                    "are, give the K of rectified images (of ROS the first three columns of p) and leave it out"
                 )
 
 
-def _size(found: Mapping[str, Any]) -> tuple[int, int] | None:
+def _size(found: Mapping[str, Any]) -> tuple[float, float] | None:
     for names in (("width", "height"), ("image_width", "image_height")):
         if all(name in found for name in names):
-            width, height = (float(floats(found[name], name, ())) for name in names)
-            return int(width), int(height)
+            width, height = (float(_numbers(found, name, 1)[0]) for name in names)
+            return width, height
     return None

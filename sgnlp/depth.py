@@ -63,8 +63,10 @@ class DepthImage:
                 f"the depths are a picture of {raw.shape[2]} channels; give the depths themselves, as 16 bits"
             )
         depth = floats(raw, "depth", (None, None))
+        lost = depth < 0
         if raw.dtype.kind == "u":  # what a driver, or -1 as unsigned, writes for no return
-            depth = np.where(raw == np.iinfo(raw.dtype).max, 0.0, depth)
+            lost = raw == np.iinfo(raw.dtype).max
+        depth = np.where(lost, 0.0, depth)
         mask = np.asarray(self.mask)
         if mask.shape != depth.shape:
             raise InputError(
@@ -72,12 +74,15 @@ class DepthImage:
                 "align the colour image that it is of to the depths, or give the mask in the pixels of the depths"
             )
         marked, notes = masks.marked(mask)
+        if (lost & marked).any():
+            mark = f"{raw[lost & marked][0]:g}"
+            notes.append(f"Dropped {(lost & marked).sum()} of {marked.sum()} marked pixels of depth {mark}: no return.")
         if not (np.isfinite(self.unit) and self.unit > 0):
             raise InputError(f"the unit of the depths must be a positive number of metres; found {self.unit}")
         K, pose = checked_intrinsics(self.intrinsics), checked_pose(self.pose)
         for name, value in {"depth": depth, "mask": marked, "intrinsics": K, "pose": pose}.items():
             object.__setattr__(self, name, value)
-        object.__setattr__(self, "notes", (*self.notes, *notes, *depth_checks.intrinsics(K, depth.shape)))
+        object.__setattr__(self, "notes", (*self.notes, *notes))
 
     def points(self) -> FloatArray:
         """World coordinates (height, width, 3) [m] of every pixel, NaN where nothing came back."""
@@ -156,7 +161,9 @@ def arrays(images: Sequence[DepthImage], table_height: float | None = None) -> d
             f"Measured the table at {measured:.4f} m, the median height of {count} pixels around the object."
         )
     for name, one in zip(names, seen, strict=True):
-        found["notes"] += [note if len(images) == 1 else f"{name}: {note}" for note in one[2]]
+        for note in one[2]:
+            common = all(note in other[2] for other in seen)
+            found["notes"] += [] if note in found["notes"] else [note if common else f"{name}: {note}"]
     heights = [_table(cloud, other)[0] for cloud, other in zip(objects, rest, strict=True)]
     found["notes"] += depth_checks.places(positions, objects, heights, table_height)
     return found if table_height is None else found | {"table_height": table_height}
@@ -167,18 +174,29 @@ def _seen(image: DepthImage, name: str) -> tuple[FloatArray, FloatArray, list[st
     world, depth, mask = image.points(), np.asarray(image.depth), np.asarray(image.mask)
     measured = np.isfinite(world[..., 2])
     marked = mask & measured
+    if not mask.any():
+        raise InputError(f"the mask of the image '{name}' marks no pixel")
     if not marked.any():
         raise InputError(f"no depth was measured at any marked pixel of the image '{name}'")
+    hints: list[str] = []
     try:
-        notes = [*image.notes, *depth_checks.mask(mask, measured), *depth_checks.depths(depth[marked], image.unit)]
-        far = np.abs(depth - np.median(depth[marked])) * image.unit > DEFAULTS.max_width
+        hints += depth_checks.intrinsics(np.asarray(image.intrinsics), depth.shape)
+        notes = [
+            *image.notes,
+            *hints,
+            *depth_checks.mask(mask, measured),
+            *depth_checks.depths(depth[marked], image.unit),
+        ]
+        middle = float(np.median(depth[marked]))
+        far = np.abs(depth - middle) * image.unit > DEFAULTS.max_width
         if (far & marked).any():
             share = f"{(far & marked).sum()} of {marked.sum()} marked pixels"
             notes.append(f"Dropped {share}, more than {DEFAULTS.max_width:g} m nearer or farther than their median.")
         others = measured & ~mask
-        notes += level.check(world[level.around(mask) & others], np.asarray(image.pose))
+        near = level.around(mask) & others & (depth < level.MAX_BEHIND * middle)
+        notes += level.check(world[near], np.asarray(image.pose))
     except InputError as error:
-        raise InputError(f"image '{name}': {error}") from error
+        raise InputError(" ".join([f"image '{name}': {error}.", *hints]).rstrip(".")) from error
     return world[marked & ~far], world[others], notes
 
 

@@ -46,7 +46,7 @@ def _camera(path: Path, image: str, shape: tuple[int, ...]) -> camera_files.Came
     found = camera_files.read(path, image)
     if found.size not in (None, shape[1::-1]):
         raise InputError(
-            "is of images of {} x {} pixels, this one has {} x {}; give the intrinsics of this stream and resolution "
+            "is of images of {:g} x {:g} pixels, this one has {} x {}; give the intrinsics of this stream and size "
             "(a resized image's: fx, cx times the factor of the width, fy, cy times that of the height)".format(
                 *found.size, *shape[1::-1]
             )
@@ -90,9 +90,10 @@ def _pixels(path: Path, suffixes: tuple[str, ...]) -> tuple[Any, str, Any]:
         raise InputError("there is no such file")
     if path.suffix.lower() == ".npy":
         try:
-            return np.load(path, allow_pickle=False), "", None
+            with path.open("rb") as stream:
+                return np.lib.format.read_array(stream, allow_pickle=False), "", None
         except (OSError, ValueError, EOFError) as error:
-            raise InputError(f"is a damaged .npy: {error}") from error
+            raise InputError(f"is a damaged .npy, or none: {error}") from error
     from PIL import Image
 
     try:

@@ -27,6 +27,8 @@ CERTAIN_SHARE = 0.5
 """Smallest share that makes it the table, for a refusal."""
 PLANE_PIXELS = 100
 """Fewest pixels of a plane."""
+MAX_BEHIND = 2.0
+"""Pixels farther than the object by this factor are behind the table: rooms, or a sensor's largest value."""
 SAMPLE, TRIPLES, SEED = 3000, 200, 0
 """Pixels and triples of RANSAC: a plane of a fifth of the pixels is met once in 125 triples, of a half once in 8."""
 PLANE_ERROR = 0.01
@@ -38,6 +40,7 @@ AXES: dict[str, Callable[[FloatArray], FloatArray]] = {
     "the body's axes, x ahead and z up (give that of the optical frame)": lambda R: (
         R @ np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]])
     ),
+    "a world whose y is up (turn it by 90 deg about x)": lambda R: np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]) @ R,
 }
 """Mistaken conventions of a pose, each with the rotation that was meant."""
 
