@@ -85,7 +85,7 @@ def _mask(path: Path, label: int | None) -> tuple[Any, list[str]]:
 def _pixels(path: Path, suffixes: tuple[str, ...]) -> tuple[Any, str, Any]:
     """The pixels of a file, its mode in Pillow ('' of a .npy), and its palette (n, 3) if it has one."""
     if path.suffix.lower() not in suffixes:
-        raise InputError(f"is not an image; give a file ending in {' '.join(suffixes)}")
+        raise InputError(f"is of a kind that is not read here; give a file ending in {' '.join(suffixes)}")
     if not path.is_file():
         raise InputError("there is no such file")
     if path.suffix.lower() == ".npy":

@@ -130,17 +130,16 @@ def load(
             mesh_faces=raw.mesh_faces,  # type: ignore[arg-type]
             mass=raw.mass,
             friction=raw.friction,
-            notes=[*raw.notes, *_ignored(raw.ignored_keys)],
+            notes=[
+                *raw.notes,
+                *([f"Ignored the unknown keys {', '.join(raw.ignored_keys)}."] if raw.ignored_keys else []),
+            ],
             settings=settings,
         )
         return replace(observation, source=str(path), half=raw.half, reading=reading)
     except InputError as error:
         line = "".join(letter if letter.isprintable() else "?" for letter in f"{path}: {error}")
         raise InputError(line) from error
-
-
-def _ignored(keys: Sequence[str]) -> list[str]:
-    return [f"Ignored the unknown keys {', '.join(keys)}."] if keys else []
 
 
 def observe(

@@ -88,7 +88,7 @@ def test_a_wall_that_fills_most_of_the_image_is_no_tilted_table():
         wall = np.where(rays[..., 0] < 0, (-0.06 - EYE[0]) / rays[..., 0], np.inf)  # the plane x = -0.06
     depth = np.where(SHOT.mask, SHOT.depth, np.minimum(SHOT.depth, wall))
     behind = replace(SHOT, depth=np.where((world[..., 0] > 0.02) & ~np.asarray(SHOT.mask), 0, depth))
-    assert tilt(behind) == pytest.approx(90, abs=0.1)
+    assert tilt(behind) == pytest.approx(90, abs=1)
     assert len(arrays([behind])["notes"]) == 1
 
 

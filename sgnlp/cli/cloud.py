@@ -57,7 +57,6 @@ class Cloud(Checked):
             self.out, arrays | {"name": np.array(self.out.stem), "notes": np.array(arrays["notes"], str)}
         )
         counts = ", ".join(map(str, np.bincount(arrays["view"])))
-        size = " x ".join(f"{1e3 * side:.0f}" for side in np.ptp(arrays["points"], axis=0))
-        console.print(f"{self.out.stem}: {size} mm, points from each view: {counts}")
+        console.print(f"{self.out.stem}: points from each view: {counts}")
         console.print(f"written: {self.out}", soft_wrap=True)
         return codes.FEASIBLE
