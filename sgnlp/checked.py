@@ -35,7 +35,7 @@ class Checked:
             if isinstance(number, float | int) and not isfinite(number):
                 raise InputError(f"--{flag} must be a finite number, not {number}")
         low, high = self.valid.get(name, (-inf, inf))
-        if name in self.valid and not low <= value <= high:
+        if name in self.valid and value is not None and not low <= value <= high:
             bounds = f"at least {low:g}" if high == POSITIVE[1] else f"between {low:g} and {high:g}"
             raise InputError(f"--{flag} must be {'positive' if (low, high) == POSITIVE else bounds}, not {value:g}")
 

@@ -17,7 +17,7 @@ from sgnlp.open3d_files import CLOUD_SUFFIXES
 PER_CAMERA = "points_"  # prefix of the keys of a file with one array per camera
 NUMBERS = ("table_height", "mass", "friction")  # keys of single numbers
 TEXTS = ("name", "half")  # keys of texts; the half of a problem set is tuning or held_out
-OPTIONAL_KEYS = ("view", "camera_positions", "mesh_vertices", "mesh_faces", *NUMBERS, *TEXTS)
+OPTIONAL_KEYS = ("view", "camera_positions", "mesh_vertices", "mesh_faces", "notes", *NUMBERS, *TEXTS)
 EXPECTED = (
     "an npz with 'points' (N, 3) in metres or one array 'points_<camera>' per camera, "
     f"or a file ending in {' '.join(CLOUD_SUFFIXES)}"
@@ -41,6 +41,7 @@ class RawCloud:
     mass: float | None = None
     friction: float | None = None
     half: str = ""
+    notes: tuple[str, ...] = ()  # what was dropped or assumed when the file was made
     ignored_keys: tuple[str, ...] = ()
 
 
@@ -206,6 +207,11 @@ def _from_arrays(arrays: dict[str, object], stem: str) -> RawCloud:
             optional[key] = str(optional.get(key, ""))
         except Exception as error:  # a string array may hold what is no character
             raise InputError(f"'{key}' is not a text") from error
+    if "notes" in optional:
+        notes = np.asarray(optional["notes"])
+        if notes.dtype.kind != "U" or notes.ndim != 1:
+            raise InputError(f"'notes' must be texts (N,); found {notes.dtype} of shape {notes.shape}")
+        optional["notes"] = tuple(map(str, notes))
     for key in NUMBERS:
         if key in optional:
             optional[key] = float(floats(optional[key], key, ()))

@@ -130,7 +130,10 @@ def load(
             mesh_faces=raw.mesh_faces,  # type: ignore[arg-type]
             mass=raw.mass,
             friction=raw.friction,
-            notes=[f"Ignored the unknown keys {', '.join(raw.ignored_keys)}."] if raw.ignored_keys else [],
+            notes=[
+                *raw.notes,
+                *([f"Ignored the unknown keys {', '.join(raw.ignored_keys)}."] if raw.ignored_keys else []),
+            ],
             settings=settings,
         )
         return replace(observation, source=str(path), half=raw.half, reading=reading)

@@ -13,7 +13,6 @@ from sgnlp.errors import InputError
 
 CLOUD_SUFFIXES = (".ply", ".pcd", ".xyz")
 MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off")
-IMAGE_SUFFIXES = (".png",)
 TIMEOUT = 120  # [s]
 ABSENT = 70  # exit code of the child that cannot import it
 READER = f"""
@@ -28,8 +27,6 @@ except (ImportError, OSError) as error:
 content = io.BytesIO()
 if sys.argv[2] == "cloud":
     numpy.savez(content, points=open3d.io.read_point_cloud(sys.argv[1]).points)
-elif sys.argv[2] == "image":
-    numpy.savez(content, pixels=open3d.io.read_image(sys.argv[1]))
 else:
     mesh = open3d.io.read_triangle_mesh(sys.argv[1])
     numpy.savez(content, vertices=mesh.vertices, faces=mesh.triangles)
@@ -59,14 +56,6 @@ def triangles(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     if len(found["faces"]) == 0:
         raise InputError(f"holds no triangles that Open3D can read as {path.suffix}")
     return found["vertices"], found["faces"].astype(np.int64)
-
-
-def pixels(path: Path) -> NDArray[np.generic]:
-    """The pixels (height, width) or (height, width, channels) of a .png, of 8 or 16 bits."""
-    found = _read(path, "image")["pixels"]
-    if found.size == 0:
-        raise InputError(f"holds no image that Open3D can read as {path.suffix}")
-    return found
 
 
 def _read(path: Path, kind: str) -> dict[str, NDArray[np.float64]]:

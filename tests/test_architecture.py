@@ -10,7 +10,7 @@ import pytest
 PACKAGE = Path(__file__).parents[1] / "sgnlp"
 STAGES = (
     "errors checked orphans settings presets toolchain",
-    "open3d_files clouds sampling observation depth depth_files",
+    "open3d_files clouds sampling observation masks level depth_checks depth camera_files depth_files",
     "meshes truth cameras scenes settling",
     "kernels training gpis",
     "nodes handmodel handfile hand kinematics",
