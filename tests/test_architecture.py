@@ -9,7 +9,7 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "sgnlp"
 STAGES = (
-    "errors checked orphans settings presets toolchain",
+    "errors checked orphans palette settings presets toolchain",
     "open3d_files clouds sampling observation depth depth_files",
     "meshes truth cameras scenes settling",
     "kernels training gpis",
@@ -19,7 +19,8 @@ STAGES = (
     "problem starts violations ipopt recompute approach solution pool plan",
     "firstorder solvers",
     "flagwords environment grasps simulation results summary workers batch report plots",
-    "refit handmeshes handgeometry handcheck scene3d scene_hand scene_html scene_png scene_live dossier",
+    "refit handmeshes handgeometry handcheck sheets scene_parts scene_shapes scene3d scene_camera",
+    "scene_hand scene_html scene_png scene_live dossier",
     "benchmarks studies compare load_nlp testset",
     "cli __main__",
 )
