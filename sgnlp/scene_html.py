@@ -32,11 +32,12 @@ def page(scene: Scene) -> str:
     except ImportError:
         raise InputError("the page needs Plotly: pip install 'sgnlp[view]'") from None
     template = resources.files("sgnlp").joinpath("viewer.html").read_text(encoding="utf-8")
-    data = json.dumps(_plain(scene)).replace("<", "\\u003c")  # no text may end the script
+    data = json.dumps(plain(scene)).replace("<", "\\u003c")  # no text may end the script
     return template.replace("/*SCENE*/", data).replace("/*PLOTLY*/", get_plotlyjs())
 
 
-def _plain(scene: Scene) -> dict[str, Any]:
+def plain(scene: Scene) -> dict[str, Any]:
+    """What the page is given: texts, numbers, and arrays as base64."""
     return {
         "name": scene.name,
         "kind": scene.kind,

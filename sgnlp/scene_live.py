@@ -2,7 +2,6 @@
 
 import threading
 from collections.abc import Sequence
-from dataclasses import dataclass
 from html import escape
 from typing import Any
 
@@ -26,14 +25,6 @@ SCALE = np.array([[0.27, 0.0, 0.33], [0.23, 0.32, 0.55], [0.13, 0.57, 0.55], [0.
 """Five colours of viridis, from the least deviation to the largest."""
 
 
-@dataclass(frozen=True, eq=False)
-class Standing:
-    """What a camera looks at, and where it stands, (3,) [m]."""
-
-    centre: Array
-    eye: Array
-
-
 class Live:
     """The server, and what it shows now.
 
@@ -50,7 +41,7 @@ class Live:
         self.server = viser.ViserServer(port=port, verbose=False)
         self.port = self.server.get_port()
         self.server.scene.set_up_direction("+z")
-        self._point(self.server.initial_camera, self.stand())
+        self._point(self.server.initial_camera)
         self.server.on_client_connect(self._fit)
         self.lock = threading.Lock()  # viser calls back from several threads
         self.handles: list[Any] = []
@@ -61,23 +52,17 @@ class Live:
         """Until the process is interrupted."""
         threading.Event().wait()
 
-    def stand(self, aspect: float = 1.0) -> Standing:
-        """Where the camera of a view of this aspect, width over height, stands at first."""
-        centre, radius = ball(seen(placed(self.scene, 0, 0)))
-        return Standing(centre, centre + distance(radius, aspect) * axes_of_view()[2])
-
     def _fit(self, client: Any) -> None:
         """A view that is higher than wide, as on a phone, is from farther away, with its legend folded up."""
         wide = client.camera.aspect >= 1
         if not wide:
-            self._point(client.camera, self.stand(client.camera.aspect))
+            self._point(client.camera, client.camera.aspect)
         with client.gui.add_folder("legend", expand_by_default=wide):
             client.gui.add_html(legend(self.scene))
 
-    @staticmethod
-    def _point(camera: Any, standing: Standing) -> None:
+    def _point(self, camera: Any, aspect: float = 1.0) -> None:
         camera.fov = np.radians(FIELD)
-        camera.position, camera.look_at = standing.eye, standing.centre
+        camera.look_at, camera.position = first_view(self.scene, aspect)
 
     def _panel(self) -> None:
         gui, views = self.server.gui, self.scene.views
@@ -115,27 +100,16 @@ class Live:
     def _name(self, labels: Sequence[Label]) -> None:
         """Labels below hand and object as they are seen at first, with lines to their places, and letters of axes."""
         draw = self.server.scene
-        for label, place in zip(labels, self.spots(labels), strict=True):
+        for label, place in zip(labels, spots(self.scene, self.rank, labels), strict=True):
             if not self.boxes[AXES if label.here else SPRINGS].value:
                 continue
             look = {"anchor": "center-center" if label.here else "top-center", "font_screen_scale": LABEL_SCALE}
             self.handles.append(draw.add_label(f"/label/{label.text}", label.text, position=place, **look))
             if not label.here:
                 line = np.array([[label.place, place]], np.float32)
-                self.handles.append(draw.add_line_segments(f"/line/{label.text}", line, _bytes(label.colour), line_width=1.0))
-
-    def spots(self, labels: Sequence[Label]) -> Array:
-        """Where the texts of labels stand (m, 3) [m]."""
-        shown, standing, camera = placed(self.scene, self.rank, 0), self.stand(), axes_of_view()
-        away = float(np.linalg.norm(standing.eye - standing.centre))
-        places = np.reshape([label.place for label in labels], (-1, 3))
-        there = np.array([not label.here for label in labels])
-        points = np.concatenate([shape.vertices for shape in shown if shape.layer in (HAND, SURFACE, AXES)])
-        flat = [projected(p, standing.centre, camera, away) for p in (points, places[there])]
-        heights = [shape.vertices[:, 2].max() for shape in shown if shape.layer == TABLE]
-        floor = float(heights[0]) if heights else -np.inf
-        places[there] = in_space(beside(*flat), standing.centre, camera, away, floor)
-        return places
+                self.handles.append(
+                    draw.add_line_segments(f"/line/{label.text}", line, _bytes(label.colour), line_width=1.0)
+                )
 
     def _add(self, shape: Shape, rotation: Array, translation: Array) -> None:
         if not self.boxes[shape.layer].value:
@@ -157,6 +131,25 @@ class Live:
             rgba = np.column_stack([graded(shape.values), np.full(len(vertices), shape.opacity)])
             mesh = trimesh.Trimesh(vertices, shape.cells, vertex_colors=(255 * rgba).astype(np.uint8), process=False)
             self.handles.append(draw.add_mesh_trimesh(name, mesh))
+
+
+def first_view(scene: Scene, aspect: float = 1.0) -> tuple[Array, Array]:
+    """What the camera of a view of this aspect, width over height, looks at first, and where it stands, (3,) [m]."""
+    centre, radius = ball(seen(placed(scene, 0, 0)))
+    return centre, centre + distance(radius, aspect) * axes_of_view()[2]
+
+
+def spots(scene: Scene, rank: int, labels: Sequence[Label]) -> Array:
+    """Where the texts of labels stand (m, 3) [m]: below all that is seen at first, letters of axes at their places."""
+    (centre, eye), camera, shown = first_view(scene), axes_of_view(), placed(scene, rank, 0)
+    away = float(np.linalg.norm(eye - centre))
+    places = np.reshape([label.place for label in labels], (-1, 3))
+    there = np.array([not label.here for label in labels])
+    points = np.concatenate([shape.vertices for shape in shown if shape.layer in (HAND, SURFACE, AXES)])
+    flat = [projected(p, centre, camera, away) for p in (points, places[there])]
+    heights = [float(shape.vertices[:, 2].max()) for shape in shown if shape.layer == TABLE]
+    places[there] = in_space(beside(*flat), centre, camera, away, heights[0] if heights else -np.inf)
+    return places
 
 
 def _bytes(colour: Colour) -> tuple[int, int, int]:

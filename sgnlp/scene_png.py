@@ -61,7 +61,7 @@ class Picture:
 
 
 def picture(scene: Scene, rank: int = 0, stage: int = 1) -> bytes:
-    """A PNG of a grasp at one of its stages, from three sides, with the legend; see `cells`, also for what it raises."""
+    """A PNG of a grasp at one of its stages, from three sides, with the legend; see `cells`."""
     return joined(cells(scene, rank, stage))
 
 
@@ -79,10 +79,10 @@ def cells(scene: Scene, rank: int = 0, stage: int = 1) -> Picture:
     view = scene.views[rank]
     shapes = [shape for shape in placed(scene, rank, stage) if shape.layer not in scene.hidden]
     values = [shape.values for shape in shapes if shape.values is not None]
-    scale = Normalize(*(np.concatenate(values).min(), np.concatenate(values).max())) if values else None
+    scale = Normalize(*(np.concatenate(values).min(), np.concatenate(values).max()) if values else (0, 1))
     with rc_context({"font.size": FONT}):
         made = [_view(shapes, view.labels, azimuth, lambda v: colormaps[MAP](scale(v))) for azimuth in AZIMUTHS]
-        made.append(_legend(scene, scale))
+        made.append(_legend(scene, scale if values else None))
     return Picture(f"{scene.name}, {scene.kind.lower()} {view.title}, {view.stages[stage].name}", tuple(made))
 
 
@@ -174,7 +174,9 @@ def _legend(scene: Scene, scale: Any) -> bytes:
     fingers = [Entry("", PATCH, palette.finger(i), name) for i, name in enumerate(scene.fingers)]
     entries = [entry for entry in scene.legend if entry.layer not in scene.hidden]
     handles = [_handle(entry, Line2D) for entry in (*fingers, *entries)]
-    figure.legend(handles=handles, loc="upper left", frameon=False, title="Colour of a finger, and symbols", alignment="left")
+    figure.legend(
+        handles=handles, loc="upper left", frameon=False, title="Colour of a finger, and symbols", alignment="left"
+    )
     if scale is not None:
         bar = figure.add_axes((0.08, 0.13, 0.84, 0.035))
         label = "± σ of the fitted surface [mm]"

@@ -124,7 +124,13 @@ def segments(layer: str, path: Array, colour: Colour, width: float, moves: bool 
 
 
 def solid(
-    layer: str, centre: Array, radius: float, colour: Colour, kind: str = "ball", opacity: float = 1.0, moves: bool = False
+    layer: str,
+    centre: Array,
+    radius: float,
+    colour: Colour,
+    kind: str = "ball",
+    opacity: float = 1.0,
+    moves: bool = False,
 ) -> Shape:
     """One of `SOLIDS` about a centre (3,) [m]."""
     body = SOLIDS[kind]
@@ -132,7 +138,7 @@ def solid(
 
 
 def axes(points: Array, middle: Array, height: float) -> tuple[list[Shape], list[Label]]:
-    """The directions of the world frame on the table below `middle` (3,), beside points (N, 3) [m], and their letters."""
+    """The world's directions on the table below `middle` (3,), beside points (N, 3) [m], and their letters."""
     beside = points.min(axis=0)[:2] - AXIS
     corner = np.array([*np.maximum(beside, middle[:2] - TABLE_HALF + AXIS_GAP), height + AXIS_LIFT])
     ends = corner + AXIS * np.eye(3)

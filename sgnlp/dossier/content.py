@@ -109,9 +109,9 @@ def best(result: Reopened) -> Section:
     points = result.cloud.points if result.cloud is not None else np.zeros((0, 3))
     shown = scene(g, result.hand, result.problem, points)
     said = (
-        "At first contact, from three sides: the hand at the pregrasp, the measured points, the fitted surface coloured "
-        "by its deviation, and for each finger, in its colour, the contact with its normal and friction cone and the "
-        "spring from the pad to its target."
+        "At first contact, from three sides: the hand at the pregrasp, the measured points, the fitted surface "
+        "coloured by its deviation, and for each finger, in its colour, the contact with its normal and friction cone "
+        "and the spring from the pad to its target."
     )
     return Section(
         "The best grasps",
@@ -137,8 +137,8 @@ def poses(result: Reopened) -> Section:
     """Wrist and joints of the grasps that are shown: what a robot is sent to."""
     g, hand = result.grasps, result.hand
     said = (
-        "Of the pregrasps above. Quaternions are x y z w; roll, pitch and yaw turn about the world's x, then y, then z, "
-        "R = Rz(yaw) Ry(pitch) Rx(roll). Joints are in the order of joint_names in grasps.npz."
+        "Of the pregrasps above. Quaternions are x y z w; roll, pitch and yaw turn about the world's x, then y, then "
+        "z, R = Rz(yaw) Ry(pitch) Rx(roll). Joints are in the order of joint_names in grasps.npz."
     )
     pairs = [(tables.wrist(g, rank, hand), tables.joints(g, rank, hand)) for rank in distinct(result)]
     return Section("Wrist and joints", (said,), sheets=tuple(sheet for pair in pairs for sheet in pair))
@@ -187,8 +187,8 @@ def numbers(result: Reopened, summary: Mapping[str, Any]) -> Section:
     for name, check in found["checks"].items():
         value, least = (f"{check[key]:.3g} {check['unit']}".strip() for key in ("value", "least"))
         checks.append((name, value, least, "yes" if check["passed"] else "no"))
-    tables = (Sheet("Energy, term by term", tuple(terms)), Sheet("Margins and checks", tuple(checks)))
-    return Section("Energy and checks of the best", (said,), sheets=tables)
+    both = (Sheet("Energy, term by term", tuple(terms)), Sheet("Margins and checks", tuple(checks)))
+    return Section("Energy and checks of the best", (said,), sheets=both)
 
 
 def paths(result: Reopened) -> Section:

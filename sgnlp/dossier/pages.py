@@ -21,7 +21,8 @@ body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 68rem; marg
 h1, h2 { font-weight: 600; line-height: 1.2 } h2 { margin-top: 2.2rem; border-bottom: 1px solid #ccc }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums }
 caption { text-align: left; font-weight: 600; padding: .3rem 0 } th { border-bottom: 1px solid #888 }
-th, td { padding: .15rem .8rem .15rem 0; text-align: right } td { white-space: nowrap } th:first-child, td:first-child { text-align: left }
+th, td { padding: .15rem .8rem .15rem 0; text-align: right } td { white-space: nowrap }
+th:first-child, td:first-child { text-align: left }
 .sheets { display: flex; flex-wrap: wrap; gap: 0 3rem } .sheet { overflow-x: auto; max-width: 100%; margin: 1rem 0 }
 figure { margin: 1.2rem 0 } img { max-width: 100% } figcaption { color: #444; font-size: 14px }
 .cells { display: flex; flex-wrap: wrap; gap: .5rem } .cells img { min-width: 0 }
