@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("latex2mathml")
 sys.path.insert(0, str(Path(__file__).parents[1] / "docs"))
 
-from formulas import mathml  # noqa: E402
+from formulas import mathml
 
 NAMES = ("argmin", "tr", "det", "log", "diag", "softmax", "adj", "sign")
 
