@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import reference
-from latex2mathml.converter import convert
+from formulas import mathml
 from mkdocs.structure.files import File, Files
 
 ROOT = Path(__file__).parents[1]
@@ -38,7 +38,7 @@ def on_page_content(html: str, **_: Any) -> str:
 
 
 def _mathml(formula: re.Match[str]) -> str:
-    return convert(unescape(formula[2]).strip(), display="block" if formula[1] == "div" else "inline")
+    return mathml(unescape(formula[2]).strip(), "block" if formula[1] == "div" else "inline")
 
 
 def front_page() -> str:

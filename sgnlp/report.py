@@ -113,6 +113,14 @@ def tables(plan: Plan) -> list[Any]:
     return shown
 
 
+def pose_lines(plan: Plan, s: Solution) -> list[str]:
+    """Where a grasp sends the wrist and the joints: `report.html` and `grasps.npz` have all digits and names."""
+    wrist = " ".join(f"{v:.3f}" for v in s.wrist)
+    joints = " ".join(f"{q:.2f}" for q in s.joints)
+    root = plan.problem.hand.root
+    return [f"wrist, {root} in the world, x y z [m] qx qy qz qw: {wrist}", f"joints, in order of joint_names: {joints}"]
+
+
 def headline(plan: Plan) -> str:
     """One line: how many starts, how many feasible, how long."""
     count = len(plan.solutions) + len(plan.failures)

@@ -2,12 +2,16 @@
 
 import numpy as np
 
+from sgnlp import palette
 from sgnlp.hand import Hand
 from sgnlp.handcheck import Examination
 from sgnlp.handgeometry import ORIGIN
-from sgnlp.handmeshes import link_meshes, link_poses
+from sgnlp.handmeshes import link_poses
 from sgnlp.kinematics import frames
-from sgnlp.scene3d import HAND, Label, Scene, Shape, Sheet, Stage, View, spheres
+from sgnlp.scene3d import links
+from sgnlp.scene_parts import Label, Scene, Stage, View
+from sgnlp.scene_shapes import spheres
+from sgnlp.sheets import Sheet
 
 SPHERE_OPACITY = 0.25
 """The meshes are seen through the spheres."""
@@ -19,20 +23,19 @@ def hand_scene(hand: Hand, examination: Examination) -> Scene:
     Raises:
         InputError: a mesh of the URDF is not there, or is none.
     """
-    links = tuple(
-        Shape(HAND, mesh.vertices, mesh.faces, colour) for mesh, colour in zip(*link_meshes(hand), strict=True)
-    )
     lines = [(finding.check, finding.found, finding.verdict) for finding in examination.findings]
     sheet = Sheet("Checks", (("check", "found", ""), *lines))
     poses = {"reference": hand.reference, "lower limits": hand.lower, "upper limits": hand.upper}
     views = tuple(_view(hand, name, joints, sheet) for name, joints in poses.items())
-    return Scene(hand.name, links, (), views, (), hidden=(), kind="Pose")
+    names = tuple(finger.name for finger in hand.fingers)
+    return Scene(hand.name, links(hand, 1.0), (), views, (), hidden=(), kind="Pose", fingers=names)
 
 
 def _view(hand: Hand, name: str, joints: np.ndarray, sheet: Sheet) -> View:
     tips = frames(hand, ORIGIN, joints)[0]
     labels = tuple(
-        Label(finger.name, (float(x), float(y), float(z))) for finger, (x, y, z) in zip(hand.fingers, tips, strict=True)
+        Label(finger.name, (float(x), float(y), float(z)), palette.finger(i))
+        for i, (finger, (x, y, z)) in enumerate(zip(hand.fingers, tips, strict=True))
     )
     still = Stage("without object", np.eye(3), np.zeros(3), ())
     balls = tuple(spheres(hand, ORIGIN, joints, SPHERE_OPACITY))

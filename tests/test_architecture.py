@@ -9,17 +9,18 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "sgnlp"
 STAGES = (
-    "errors checked orphans settings presets toolchain",
-    "open3d_files clouds sampling observation masks level depth_checks depth camera_files depth_files",
-    "meshes truth cameras scenes settling",
+    "errors checked exclusive orphans semaphores palette settings presets toolchain",
+    "open3d_files textrows pointfiles clouds sampling cleaning observation masks level depth_checks depth camera_files depth_files",
+    "meshes truth repair solids cameras scenes settling",
     "kernels training gpis",
-    "nodes handmodel handfile hand kinematics",
+    "nodes handpaths handurdf handmodel handfile hand handmeshes kinematics",
     "equilibrium grasp ops energies constraints names",
     "structure chain jets native parameters symbolic nlp codegen elastic lifted compiled oracle handover closed kkt",
-    "problem starts violations ipopt recompute approach solution pool plan",
+    "problem starts violations ipopt recompute approach solution pool faraway plan",
     "firstorder solvers",
-    "flagwords environment grasps simulation results summary workers batch report plots",
-    "refit handmeshes handgeometry handcheck scene3d scene_hand scene_html scene_png scene_live dossier",
+    "flagwords environment grasps cautions simulation results summary workers batch tables report plots",
+    "refit handgeometry handfindings handcheck sheets scene_parts scene_shapes scene3d scene_camera",
+    "scene_hand scene_html scene_png scene_live dossier",
     "benchmarks studies compare load_nlp testset",
     "cli __main__",
 )

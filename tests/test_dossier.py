@@ -22,6 +22,7 @@ from sgnlp.cli import again, report, run
 from sgnlp.cli.flags import beginning
 from sgnlp.cli.solve import Solve
 from sgnlp.dossier import cautions as wary
+from sgnlp.dossier.content import distinct
 from sgnlp.dossier.figures import convergence
 from sgnlp.observation import ObservationSettings
 from sgnlp.presets import PRESETS, ROBUST, preset
@@ -133,6 +134,31 @@ def test_a_simulation_is_told_if_it_is_of_this_plan(folder):
     os.utime(file, (0, 0))
     assert report._simulated(folder) is None
     file.unlink()
+
+
+def test_wrist_and_joints_of_every_shown_grasp_are_those_of_the_result(folder, result):
+    g, shown = result.grasps, tables((folder / "report.md").read_text(encoding="utf-8"))
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    for rank in distinct(result):
+        wrist, joints = (
+            f"Wrist of grasp {rank}: link {result.hand.root} in the world frame",
+            f"Joints of grasp {rank}",
+        )
+        assert wrist in page
+        assert joints in page
+        position, quaternion = shown[wrist][1:3]
+        np.testing.assert_allclose([float(v) for v in position[1:4]], g.wrist[rank, :3], atol=5e-5)
+        np.testing.assert_allclose([float(v) for v in quaternion[1:]], g.wrist[rank, 3:], atol=5e-6)
+        assert [row[0] for row in shown[joints][1:]] == g.joint_names.tolist()
+        np.testing.assert_allclose([float(row[1]) for row in shown[joints][1:]], g.joints[rank], atol=5e-5)
+
+
+def test_the_page_fits_a_phone(folder):
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert '<meta name="viewport" content="width=device-width, initial-scale=1">' in page[:500]
+    assert page.count("<table>") == page.count('<div class="sheet"><table>') > 0  # they scroll in their boxes
+    assert page.count("<figure>") == page.count('<figure><div class="cells">') > 0
+    assert page.count('alt="grasp-0"') == 4  # three views and the legend, below each other where it is narrow
 
 
 # Cautions -------------------------------------------------------------------------------------------------------------

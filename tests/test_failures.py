@@ -26,7 +26,8 @@ def failed(errors: tuple[float, ...] = (0.0,) * 4, premature: tuple[str, ...] = 
     """A made-up failure of a hand with four fingers."""
     hand = SimpleNamespace(fingers=[SimpleNamespace(name=name) for name in FINGERS])
     plan: Any = SimpleNamespace(problem=SimpleNamespace(hand=hand), observation=None)
-    outcome: Any = SimpleNamespace(closing=SimpleNamespace(premature=premature), trace=None)
+    trace = SimpleNamespace(time=np.array([1.0, 2.0]), phase=np.array(["close", "lift"]))
+    outcome: Any = SimpleNamespace(closing=SimpleNamespace(premature=premature), trace=trace, ending="not lifted")
     return Failed(row(ending="not lifted", score=0.0, **changes), plan, outcome, np.array(errors))
 
 

@@ -46,7 +46,10 @@ def _picture(folder: Path, trial: Failed) -> str:
 
     truth, hand = true_body(trial.plan.observation), trial.plan.problem.hand
     told, settings = command(arrays(trial.plan)), LOADS[trial.row.load]
-    image = list(pictures.images(told, truth, hand, settings, trial.outcome.trace, SIZE).values())[-1]
+    drawn = pictures.images(told, truth, hand, settings, trial.outcome.trace, SIZE)
+    phase, image = list(drawn.items())[-1]
+    lines = [trial.row.condition, *pictures.told(phase, settings, trial.outcome)]
+    image = pictures.titled(image, f"{trial.row.object}, grasp 0 carried out", lines, hand)
     content = io.BytesIO()
     Image.fromarray(image).save(content, "JPEG", quality=QUALITY)
     results.write_bytes(folder / FOLDER / f"{trial.name}.jpg", content.getvalue())

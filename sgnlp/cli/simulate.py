@@ -16,7 +16,7 @@ from sgnlp.errors import InputError
 from sgnlp.grasps import Grasps
 from sgnlp.hand import Hand, load_hand
 from sgnlp.observation import Observation, load
-from sgnlp.simulation import Body, Command, Outcome, SimulationSettings, Trace, command, plain, simulate, true_body
+from sgnlp.simulation import Body, Command, Outcome, SimulationSettings, command, plain, simulate, true_body
 
 SIMULATION = "simulation.json"
 DEFAULTS = SimulationSettings()
@@ -62,7 +62,8 @@ class Simulate:
         _show(console, outcomes, hand, grasps)
         console.print(f"written: {folder / SIMULATION}", soft_wrap=True)
         if self.pictures:
-            _draw(console, folder, (command(grasps, 0), thing, hand, settings, outcomes[0].trace))
+            title = f"{thing.name}, grasp 0 carried out"
+            _draw(console, folder, (command(grasps, 0), thing, hand, settings, outcomes[0], title))
         return codes.FEASIBLE if any(outcome.score == 1 for outcome in outcomes) else codes.NONE_FEASIBLE
 
     def _loaded(self, seen: Observation) -> SimulationSettings:
@@ -84,7 +85,7 @@ class Simulate:
         return made(object=str(source), settings=asdict(settings)) | {"grasps": grasps}
 
 
-def _draw(console: Console, folder: Path, run: tuple[Command, Body, Hand, SimulationSettings, Trace]) -> None:
+def _draw(console: Console, folder: Path, run: tuple[Command, Body, Hand, SimulationSettings, Outcome, str]) -> None:
     try:
         files = pictures.draw(folder, *run)
     except pictures.NoRenderer as error:

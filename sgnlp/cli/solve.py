@@ -76,6 +76,8 @@ def _show(console: Console, plan: Plan, files: list[Path], hand: str) -> None:
     for table in report.tables(plan):
         console.print(table)
         console.print()
+    for line in report.pose_lines(plan, plan.solutions[0]) if plan.solutions else []:
+        console.print(line, soft_wrap=True)
     compiling.offer(console, plan.problem.hand, hand, plan.problem.settings)
     console.print(report.headline(plan))
     console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)

@@ -10,7 +10,8 @@ from rich.console import Console
 from sgnlp import refit, results, scene_html, scene_live, scene_png
 from sgnlp.cli import codes
 from sgnlp.errors import InputError
-from sgnlp.scene3d import Scene, scene
+from sgnlp.scene3d import scene
+from sgnlp.scene_parts import Scene
 
 
 @dataclass

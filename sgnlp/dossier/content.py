@@ -8,23 +8,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp import plots, scene_png
+from sgnlp import sheets as tables
 from sgnlp.approach import approaches
 from sgnlp.dossier import figures
 from sgnlp.dossier.cautions import alike, cautions
+from sgnlp.plots import Panel
 from sgnlp.refit import Reopened
-from sgnlp.scene3d import Sheet, scene, sheets
+from sgnlp.scene3d import scene
+from sgnlp.scene_parts import Scene
+from sgnlp.sheets import Sheet
 
 SHOWN = 3
 """Grasps that have a picture, best first; what is the same as a better one is passed over."""
 
+PICTURE_WIDTH, PANEL_WIDTH = 26, 15
+"""Of a view and of a panel on a page, at least, if there is room [rem]."""
+
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture as files by suffix, `png` and perhaps `svg`, with what it shows."""
+    """A picture as files by suffix, `png` and perhaps `svg`, with what it shows.
+
+    Where it has `cells`, a page may show these in its place, beside or below each other as there is room; each should
+    get `cell_width`.
+    """
 
     name: str
     caption: str
     files: Mapping[str, bytes]
+    cells: tuple[Mapping[str, bytes], ...] = ()
+    cell_width: int = PICTURE_WIDTH  # [rem]
 
 
 @dataclass(frozen=True)
@@ -70,6 +83,7 @@ def dossier(
     sections = [
         Section("Cautions", tuple(said)),
         best(result),
+        poses(result),
         Section("Starts, best first", sheets=(starts(result, summary),)),
         numbers(result, summary),
         *([paths(result)] if result.problem is not None else []),
@@ -94,17 +108,40 @@ def best(result: Reopened) -> Section:
     g = result.grasps
     points = result.cloud.points if result.cloud is not None else np.zeros((0, 3))
     shown = scene(g, result.hand, result.problem, points)
-    firsts = alike(g.contacts)
-    pictures = tuple(
-        Figure(f"grasp-{rank}", _titled(shown.views[rank].title, rank, result), {"png": scene_png.picture(shown, rank)})
-        for rank in list(dict.fromkeys(firsts))[:SHOWN]
+    said = (
+        "At first contact, from three sides: the hand at the pregrasp, the measured points, the fitted surface "
+        "coloured by its deviation, and for each finger, in its colour, the contact with its normal and friction cone "
+        "and the spring from the pad to its target."
     )
-    legend = (
-        "At first contact, from three sides: hand at the pregrasp, cloud, surface coloured by its deviation, contacts "
-        "with normals and friction cones (green), springs from tips to targets (orange)."
+    return Section(
+        "The best grasps",
+        (said,),
+        sheets=(tables.fingers(g, 0),),
+        figures=tuple(_pictured(shown, rank, result) for rank in distinct(result)),
     )
-    fingers, _ = sheets(g, 0, result.problem)
-    return Section("The best grasps", (legend,), sheets=(fingers,), figures=pictures)
+
+
+def distinct(result: Reopened) -> list[int]:
+    """Ranks of the grasps that are shown: the first that are not the same."""
+    return list(dict.fromkeys(alike(result.grasps.contacts)))[:SHOWN]
+
+
+def _pictured(shown: Scene, rank: int, result: Reopened) -> Figure:
+    picture = scene_png.cells(shown, rank)
+    caption = _titled(shown.views[rank].title, rank, result)
+    views = tuple({"png": cell} for cell in picture.cells)
+    return Figure(f"grasp-{rank}", caption, {"png": scene_png.joined(picture)}, views)
+
+
+def poses(result: Reopened) -> Section:
+    """Wrist and joints of the grasps that are shown: what a robot is sent to."""
+    g, hand = result.grasps, result.hand
+    said = (
+        "Of the pregrasps above. Quaternions are x y z w; roll, pitch and yaw turn about the world's x, then y, then "
+        "z, R = Rz(yaw) Ry(pitch) Rx(roll). Joints are in the order of joint_names in grasps.npz."
+    )
+    pairs = [(tables.wrist(g, rank, hand), tables.joints(g, rank, hand)) for rank in distinct(result)]
+    return Section("Wrist and joints", (said,), sheets=tuple(sheet for pair in pairs for sheet in pair))
 
 
 def _titled(title: str, rank: int, result: Reopened) -> str:
@@ -141,7 +178,7 @@ def numbers(result: Reopened, summary: Mapping[str, Any]) -> Section:
     said = "Recomputed from the solver's variables, without any smoothing."
     found = summary["best"]
     if found is None:
-        return Section("Energy of the least bad", (said,), sheets=(sheets(result.grasps, 0, result.problem)[1],))
+        return Section("Energy of the least bad", (said,), sheets=(tables.energy(result.grasps, 0, result.problem),))
     terms = [("term", "value", "weight", "share")]
     for name, term in found["energy_terms"].items():
         terms.append((name, f"{term['value']:.4g}", f"{term['weight']:g}", f"{term['share']:.2f}"))
@@ -150,8 +187,8 @@ def numbers(result: Reopened, summary: Mapping[str, Any]) -> Section:
     for name, check in found["checks"].items():
         value, least = (f"{check[key]:.3g} {check['unit']}".strip() for key in ("value", "least"))
         checks.append((name, value, least, "yes" if check["passed"] else "no"))
-    tables = (Sheet("Energy, term by term", tuple(terms)), Sheet("Margins and checks", tuple(checks)))
-    return Section("Energy and checks of the best", (said,), sheets=tables)
+    both = (Sheet("Energy, term by term", tuple(terms)), Sheet("Margins and checks", tuple(checks)))
+    return Section("Energy and checks of the best", (said,), sheets=both)
 
 
 def paths(result: Reopened) -> Section:
@@ -166,8 +203,8 @@ def paths(result: Reopened) -> Section:
         f"{'over the sum of the samples' if share else 'in 1/m'}; below, the pad's mean distance to the surface with "
         "its deviation σ. The dotted line is the planned contact: a good path has one narrow peak there."
     )
-    files = plots.draw(panels, caption, columns=len(found))
-    return Section("Where the fingers meet the surface", figures=(Figure("approach", caption, files),))
+    columns = [panels[i :: len(found)] for i in range(len(found))]
+    return Section("Where the fingers meet the surface", figures=(_plotted("approach", caption, panels, columns),))
 
 
 def convergence(courses: Mapping[str, NDArray[Any]]) -> Section:
@@ -176,8 +213,15 @@ def convergence(courses: Mapping[str, NDArray[Any]]) -> Section:
         "Smoothed energy and largest violation of a scaled constraint over the iterations of each start. The energy of "
         "a formulation is that of the terms it has: what the constrained one demands, it does not count."
     )
-    files = plots.draw(figures.convergence(courses), caption, columns=2)
-    return Section("Convergence", figures=(Figure("convergence", caption, files),))
+    panels = figures.convergence(courses)
+    columns = [panels[i::2] for i in range(2)]
+    return Section("Convergence", figures=(_plotted("convergence", caption, panels, columns),))
+
+
+def _plotted(name: str, caption: str, panels: list[Panel], columns: list[list[Panel]]) -> Figure:
+    """Panels as one figure of so many columns, and each column alone."""
+    cells = tuple(plots.draw(column, caption, columns=1) for column in columns)
+    return Figure(name, caption, plots.draw(panels, caption, columns=len(columns)), cells, PANEL_WIDTH)
 
 
 def assumptions(result: Reopened, summary: Mapping[str, Any]) -> Section:

@@ -1,23 +1,33 @@
 """A report on its pages: one HTML file that opens offline, or Markdown with its pictures in a folder beside it."""
 
 import base64
+from collections.abc import Mapping
 from html import escape
 
 from sgnlp.dossier.content import Dossier, Figure, Section
-from sgnlp.scene3d import Sheet
+from sgnlp.sheets import Sheet
 
 PICTURES = "report"
 """Folder of the pictures, beside the Markdown."""
 TYPES = {"svg": "image/svg+xml", "png": "image/png"}
 """Media types, the sharper first."""
+VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
+"""A phone shows the page as wide as itself, not a wide one made small."""
+GROWN = 1.4
+"""How much wider than its least width a cell of a figure gets, at most: letters stay of about one size."""
 STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 68rem; margin: 2rem auto; padding: 0 1rem }
+body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 68rem; margin: 2rem auto; padding: 0 1rem;
+  overflow-wrap: break-word }
 h1, h2 { font-weight: 600; line-height: 1.2 } h2 { margin-top: 2.2rem; border-bottom: 1px solid #ccc }
-table { border-collapse: collapse; margin: 1rem 0; font-variant-numeric: tabular-nums }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums }
 caption { text-align: left; font-weight: 600; padding: .3rem 0 } th { border-bottom: 1px solid #888 }
-th, td { padding: .15rem .8rem .15rem 0; text-align: right } th:first-child, td:first-child { text-align: left }
+th, td { padding: .15rem .8rem .15rem 0; text-align: right } td { white-space: nowrap }
+th:first-child, td:first-child { text-align: left }
+.sheets { display: flex; flex-wrap: wrap; gap: 0 3rem } .sheet { overflow-x: auto; max-width: 100%; margin: 1rem 0 }
 figure { margin: 1.2rem 0 } img { max-width: 100% } figcaption { color: #444; font-size: 14px }
+.cells { display: flex; flex-wrap: wrap; gap: .5rem } .cells img { min-width: 0 }
 pre { background: #f2f2f2; padding: .8rem; white-space: pre-wrap; overflow-wrap: anywhere }
+@media (max-width: 44rem) { body { margin: 1rem auto } th, td { padding-right: .6rem; font-size: 14px } }
 """
 
 
@@ -26,7 +36,7 @@ def html(report: Dossier) -> str:
     body = "\n".join(_html_section(section) for section in report.sections)
     title = escape(report.title)
     return (
-        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>\n'
+        f'<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n{VIEWPORT}\n<title>{title}</title>\n'
         f'<link rel="icon" href="data:,">\n<style>{STYLE}</style>\n</head>\n<body>\n<h1>{title}</h1>\n'
         f"<p>{escape(report.lead)}</p>\n{body}\n</body>\n</html>\n"
     )
@@ -37,7 +47,8 @@ def _html_section(section: Section) -> str:
     parts.append(_html_sentences(section.sentences))
     if section.code:
         parts.append(f"<pre>{escape(section.code)}</pre>")
-    parts += [_html_sheet(sheet) for sheet in section.sheets]
+    if section.sheets:
+        parts.append('<div class="sheets">' + "\n".join(map(_html_sheet, section.sheets)) + "</div>")
     parts += [_html_figure(figure) for figure in section.figures]
     return "\n".join(parts)
 
@@ -54,15 +65,20 @@ def _html_sheet(sheet: Sheet) -> str:
     caption = f"<caption>{escape(sheet.title)}</caption>" if sheet.title else ""
     heads = "<tr>" + "".join(f"<th>{escape(cell)}</th>" for cell in head) + "</tr>"
     body = ("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
-    return f"<table>{caption}{heads if any(head) else ''}{''.join(body)}</table>"
+    return f'<div class="sheet"><table>{caption}{heads if any(head) else ""}{"".join(body)}</table></div>'
 
 
 def _html_figure(figure: Figure) -> str:
-    suffix = next(suffix for suffix in TYPES if suffix in figure.files)
-    data = base64.b64encode(figure.files[suffix]).decode()
-    caption = escape(figure.caption)
-    image = f'<img alt="{escape(figure.name)}" src="data:{TYPES[suffix]};base64,{data}">'
-    return f"<figure>{image}<figcaption>{caption}</figcaption></figure>"
+    style = f' style="flex: 1 1 {figure.cell_width}rem; max-width: min(100%, {GROWN * figure.cell_width:g}rem)"'
+    images = [_html_image(figure.name, files, style * bool(figure.cells)) for files in figure.cells or (figure.files,)]
+    caption = f"<figcaption>{escape(figure.caption)}</figcaption>"
+    return f'<figure><div class="cells">{"".join(images)}</div>{caption}</figure>'
+
+
+def _html_image(name: str, files: Mapping[str, bytes], style: str) -> str:
+    suffix = next(suffix for suffix in TYPES if suffix in files)
+    data = base64.b64encode(files[suffix]).decode()
+    return f'<img{style} alt="{escape(name)}" src="data:{TYPES[suffix]};base64,{data}">'
 
 
 def markdown(report: Dossier) -> tuple[str, dict[str, bytes]]:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from sgnlp.dossier.content import Figure, Section
-from sgnlp.scene3d import Sheet
+from sgnlp.sheets import Sheet
 
 
 def simulated(found: Mapping[str, Any], pictures: Mapping[str, bytes]) -> Section:

@@ -1,0 +1,43 @@
+"""The colours of every picture: those of the fingers are the same in pages, live views, reports and simulations.
+
+They are of the palette of Okabe and Ito (Color Universal Design, 2008), which people tell apart whatever their colour
+vision; its greens and yellow are left to the surface, whose deviation viridis shows.
+"""
+
+from collections.abc import Sequence
+
+Colour = tuple[float, float, float]
+
+BLUE, ORANGE, PURPLE, VERMILION, SKY = (
+    (0.0, 0.447, 0.698),
+    (0.902, 0.624, 0.0),
+    (0.8, 0.475, 0.655),
+    (0.835, 0.369, 0.0),
+    (0.337, 0.706, 0.914),
+)
+FINGERS: tuple[Colour, ...] = (BLUE, ORANGE, PURPLE, VERMILION, SKY)
+"""Of the first finger of a hand, the second, and so on, and round again."""
+INK, GREY, STONE, PALE = (0.1, 0.1, 0.1), (0.45, 0.45, 0.47), (0.62, 0.64, 0.66), (0.9, 0.89, 0.87)
+"""Points and texts, what has no colour of its own, a hand where it stands for all its links, the table."""
+LUMA = (0.2126, 0.7152, 0.0722)
+"""Weights of red, green and blue in the lightness (ITU-R BT.709)."""
+LIGHTEST_DARK = 0.7
+"""Lightness that every link of a hand has at least: what is darker hides what is behind it."""
+
+
+def finger(index: int) -> Colour:
+    """The colour of a finger by its place in the hand."""
+    return FINGERS[index % len(FINGERS)]
+
+
+def lightened(colour: Sequence[float]) -> Colour:
+    """A colour mixed with white until its lightness Σ w c is `LIGHTEST_DARK`; lighter ones stay."""
+    red, green, blue = colour
+    lightness = sum(w * c for w, c in zip(LUMA, (red, green, blue), strict=True))
+    white = max(0.0, (LIGHTEST_DARK - lightness) / (1 - lightness)) if lightness < 1 else 0.0
+    return tuple(c + white * (1 - c) for c in (red, green, blue))  # type: ignore[return-value]
+
+
+def css(colour: Colour) -> str:
+    """The colour as #rrggbb."""
+    return "#" + "".join(f"{round(255 * c):02x}" for c in colour)
