@@ -10,9 +10,9 @@ from sgnlp.hand import Hand
 from sgnlp.simulation.body import Body
 from sgnlp.simulation.command import Command
 from sgnlp.simulation.outcome import Closing, Ending, Lift, Outcome, Pregrasp, Push
-from sgnlp.simulation.protocol import AXES, SAMPLE, Experiment, angle, calm
+from sgnlp.simulation.protocol import AXES, Experiment, angle, calm
 from sgnlp.simulation.recorder import Reading
-from sgnlp.simulation.settings import SimulationSettings
+from sgnlp.simulation.settings import SAMPLE, SimulationSettings
 
 Array = NDArray[np.float64]
 
@@ -30,7 +30,12 @@ def simulate(command: Command, body: Body, hand: Hand, settings: SimulationSetti
         InputError: the command does not fit the hand, or MuJoCo refuses the hand or the mesh.
     """
     _check(command, hand)
-    experiment = Experiment(command, body, hand, settings)
+    return judge(Experiment(command, body, hand, settings), command)
+
+
+def judge(experiment: Experiment, command: Command) -> Outcome:
+    """Take an experiment through its phases and judge its readings; nothing here knows the simulator."""
+    settings, body = experiment.settings, experiment.body
     pregrasp = _pregrasp(experiment)
     if max(pregrasp.penetration_object, pregrasp.penetration_table) > settings.max_penetration:
         return Outcome("in collision", 0.0, 0.0, pregrasp, None, None, (), experiment.recorder.trace())
