@@ -112,11 +112,10 @@ def test_where_the_constraints_can_be_met_it_is_the_constrained_program():
 def test_where_they_cannot_it_ends_with_their_names_and_sizes():
     s = solved(IMPOSSIBLE)
     assert s.kkt.worst < 1e-5
-    assert not s.feasible or s.violations
-    names = {v.name for v in s.violations}
-    assert names
-    assert any(name.startswith("table[") for name in names)
     clearances = dict(zip(elastic().nlp.row_names[slice(*table_rows())], s.grasp.table_clearances, strict=True))
+    low = {name for name, clearance in clearances.items() if clearance < 0.1 - 1e-6}
+    assert low
+    assert {v.name for v in s.violations if v.name.startswith("table[")} == low
     for v in s.violations:
         if v.name.startswith("table["):
             assert v.unit == "m"
