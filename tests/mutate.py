@@ -8,9 +8,9 @@ the checkout and the user's cache are never touched. It ends with 1 if the tests
 does not fit the code any more.
 """
 
+import multiprocessing
 import os
 import shutil
-import subprocess
 import sys
 import tempfile
 import time
@@ -24,12 +24,20 @@ ROOT = Path(__file__).parents[1]
 TABLE = Path(__file__).with_name("mutations.toml")
 JOBS = 2
 """Mutations at a time."""
-TIMEOUT = 300.0
-"""Longest run of the tests of one mutation [s]; the slowest takes a tenth."""
-PASSED, FAILED = 0, 1
-"""What pytest ends with; any other number says that there was no test to run."""
+TIMEOUT = 600.0
+"""Longest run of tests [s], all of them without a mutation; on an idle machine it takes a tenth."""
+PASSED, FAILED, UNSOUND = 0, 1, 99
+"""What pytest ends with; any other number says that no test was run, the last that the package is not the copy's."""
+LOG = "log.txt"
+PROCESSES = multiprocessing.get_context("forkserver")
+LIBRARIES = (
+    *("pytest", "hypothesis.strategies", "numpy.testing", "scipy.optimize", "scipy.spatial.transform", "scipy.linalg"),
+    *("casadi", "pinocchio", "pinocchio.casadi", "mujoco", "yaml", "pebble", "joblib", "threadpoolctl", "filelock"),
+)
+"""What every process begins with, those of them that are there: loading them takes longer than most of the tests."""
 KILLED, SURVIVED, BROKEN = "killed", "SURVIVED", "BROKEN"
-OPTIONS = ("-x", "-q", "-p", "no:cacheprovider", "-o", "addopts=-p no:dash")
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+OPTIONS = ("-x", "-q", "-p", "no:cacheprovider", "-o", "addopts=")
 """Of pytest: nothing that the project adds, so that one process does it all."""
 
 
@@ -68,47 +76,66 @@ def copied(folder: Path) -> Path:
     return folder
 
 
-def python(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Python in a copy: the package is found there, and no cache outside of the folder above it is used."""
-    own = {
+def tested(folder: Path, tests: Sequence[str]) -> int | None:
+    """What pytest ends with in a copy, in a process of its own; None where it does not end in time."""
+    process = PROCESSES.Process(target=_run, args=(folder, [f"tests/{test}" for test in tests]))
+    process.start()
+    process.join(TIMEOUT)
+    process.kill()
+    process.join()
+    return process.exitcode
+
+
+def _run(folder: Path, tests: list[str]) -> None:
+    """Run tests in this process, where of the project nothing is loaded yet, and end with pytest's number."""
+    log = os.open(folder / LOG, os.O_CREAT | os.O_WRONLY)
+    for stream in (1, 2):
+        os.dup2(log, stream)
+    os.environ |= {
         "PYTHONPATH": str(folder),
         "PYTHONDONTWRITEBYTECODE": "1",
         "XDG_CACHE_HOME": str(folder.parent / "cache"),
+        "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
     }
-    command = [sys.executable, *arguments]
-    return subprocess.run(
-        command, cwd=folder, env=os.environ | own, capture_output=True, encoding="utf-8", timeout=TIMEOUT
-    )
+    sys.dont_write_bytecode = True
+    sys.path.insert(0, str(folder))
+    os.chdir(folder)
+    import pytest
 
+    import sgnlp
 
-def tested(folder: Path, tests: Sequence[str]) -> int:
-    """What pytest ends with in a copy; `BROKEN` tests are told by another number than 0 and 1."""
-    return python(folder, "-m", "pytest", *OPTIONS, *(f"tests/{test}" for test in tests)).returncode
+    print(f"the package under test is {sgnlp.__file__}", flush=True)
+    if Path(sgnlp.__file__).parents[1] != folder:
+        os._exit(UNSOUND)
+    code = pytest.main([*OPTIONS, *tests])
+    sys.stdout.flush()
+    os._exit(int(code))
 
 
 def verdict(mutation: Mutation, parent: Path) -> str:
     """Whether its tests kill a mutation, in a copy of its own in a folder."""
+    folder = copied(Path(tempfile.mkdtemp(dir=parent)))
+    file = folder / "sgnlp" / mutation.file
     try:
-        folder = copied(Path(tempfile.mkdtemp(dir=parent)))
-        file = folder / "sgnlp" / mutation.file
         file.write_text(mutation.applied(file.read_text(encoding="utf-8")), encoding="utf-8")
-        code = tested(folder, mutation.tests)
-        shutil.rmtree(folder)
-    except (ValueError, subprocess.TimeoutExpired) as error:
+    except ValueError as error:
         return f"{BROKEN}: {error}"
-    return {PASSED: SURVIVED, FAILED: KILLED}.get(code, f"{BROKEN}: no test of it could be run")
+    code = tested(folder, mutation.tests)
+    shutil.rmtree(folder)
+    return {PASSED: SURVIVED, FAILED: KILLED}.get(code, f"{BROKEN}: its tests could not be run")
 
 
 def sound(mutations: Sequence[Mutation], parent: Path) -> str:
-    """Why no verdict would mean anything: the copy is not what is imported, or the tests fail as it is; else ""."""
-    folder = copied(Path(tempfile.mkdtemp(dir=parent)))
-    found = python(folder, "-c", "import sgnlp; print(sgnlp.__file__)")
-    print(f"the package under test is {found.stdout.strip() or found.stderr.strip()}", flush=True)
-    if not found.stdout.startswith(str(folder)):
-        return "this is not the copy that is to be mutated"
+    """Why no verdict would mean anything: the copy is not what is imported, or a test fails as it is; else ""."""
     tests = list(dict.fromkeys(test for mutation in mutations for test in mutation.tests))
-    done = python(folder, "-m", "pytest", *OPTIONS, *(f"tests/{test}" for test in tests))
-    return "" if done.returncode == PASSED else f"the tests fail without a mutation:\n{done.stdout}{done.stderr}"
+    halves = [tests[i::JOBS] for i in range(JOBS) if tests[i::JOBS]]
+    folders = [copied(Path(tempfile.mkdtemp(dir=parent))) for _ in halves]
+    with ThreadPoolExecutor(JOBS) as pool:
+        codes = list(pool.map(tested, folders, halves))
+    logs = [(folder / LOG).read_text(encoding="utf-8") for folder in folders]
+    print(logs[0].splitlines()[0], flush=True)
+    failed = [log for log, code in zip(logs, codes, strict=True) if code != PASSED]
+    return "the tests do not pass without a mutation:\n" + "\n".join(failed) if failed else ""
 
 
 def main(words: Sequence[str]) -> int:
@@ -117,6 +144,8 @@ def main(words: Sequence[str]) -> int:
     if not chosen:
         print(f"no mutation's name begins with {' or '.join(words)}")
         return 1
+    os.environ |= dict.fromkeys(THREADS, "1")  # as conftest.py does, before the libraries load
+    PROCESSES.set_forkserver_preload(list(LIBRARIES))
     begin = time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="sgnlp-mutate-") as name, ThreadPoolExecutor(JOBS) as pool:
         parent = Path(name).resolve()

@@ -46,8 +46,8 @@ def judge(experiment: Experiment, command: Command) -> Outcome:
     readings = [*closing, *lifting, *holding]
     closed = _closing(experiment, closing, command) if closing[-1].finite else None
     lifted = _lift(experiment, lifting, holding, body) if lifting and readings[-1].finite else None
-    ending = _ending(lifted, bool(holding), readings[-1].finite, settings, settings.rise)
-    strict = _ending(lifted, bool(holding), readings[-1].finite, settings, settings.rise_strict)
+    ending = _ending(lifted, bool(holding), settings, settings.rise)
+    strict = _ending(lifted, bool(holding), settings, settings.rise_strict)
     pushed = ending in ("held", "slid") and settings.push_weights > 0
     pushes = tuple(_push(experiment, name, holding[-1]) for name in AXES) if pushed else ()
     return Outcome(
@@ -141,8 +141,8 @@ def _lift(experiment: Experiment, lifting: list[Reading], holding: list[Reading]
     )
 
 
-def _ending(lift: Lift | None, held: bool, finite: bool, settings: SimulationSettings, rise: float) -> Ending:
-    if not finite or lift is None:
+def _ending(lift: Lift | None, held: bool, settings: SimulationSettings, rise: float) -> Ending:
+    if lift is None:
         return "diverged"
     if not held:
         return "not lifted"
