@@ -29,12 +29,13 @@ TIMEOUT = 600.0
 PASSED, FAILED, UNSOUND = 0, 1, 99
 """What pytest ends with; any other number says that no test was run, the last that the package is not the copy's."""
 LOG = "log.txt"
-PROCESSES = multiprocessing.get_context("forkserver")
 LIBRARIES = (
     *("pytest", "hypothesis.strategies", "numpy.testing", "scipy.optimize", "scipy.spatial.transform", "scipy.linalg"),
     *("casadi", "pinocchio", "pinocchio.casadi", "mujoco", "yaml", "pebble", "joblib", "threadpoolctl", "filelock"),
 )
 """What every process begins with, those of them that are there: loading them takes longer than most of the tests."""
+PROCESSES = multiprocessing.get_context("forkserver")
+PROCESSES.set_forkserver_preload(list(LIBRARIES))
 KILLED, SURVIVED, BROKEN = "killed", "SURVIVED", "BROKEN"
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 OPTIONS = ("-x", "-q", "-p", "no:cacheprovider", "-o", "addopts=")
@@ -145,7 +146,6 @@ def main(words: Sequence[str]) -> int:
         print(f"no mutation's name begins with {' or '.join(words)}")
         return 1
     os.environ |= dict.fromkeys(THREADS, "1")  # as conftest.py does, before the libraries load
-    PROCESSES.set_forkserver_preload(list(LIBRARIES))
     begin = time.perf_counter()
     with tempfile.TemporaryDirectory(prefix="sgnlp-mutate-") as name, ThreadPoolExecutor(JOBS) as pool:
         parent = Path(name).resolve()
