@@ -112,9 +112,13 @@ def exact_grasp(problem: Problem, start: Start, x: Array) -> Grasp:
 def random_grasp(settings: Settings, seed: int) -> Grasp:
     """The NumPy grasp at a random point near a start. No symbolic function is built for it."""
     problem = posed(settings)
+    return exact_grasp(problem, *random_point(problem, unbuilt(problem), seed))
+
+
+def unbuilt(problem: Problem) -> Nlp:
+    """The penalty program of a problem without its functions: what its variables and parameters need."""
     given = frame(problem.hand, problem.structure("penalty"))
-    unbuilt = Nlp(**given, row_sizes=(1,) * len(given["constraints"]), **dict.fromkeys(FUNCTIONS))
-    return exact_grasp(problem, *random_point(problem, unbuilt, seed))
+    return Nlp(**given, row_sizes=(1,) * len(given["constraints"]), **dict.fromkeys(FUNCTIONS))
 
 
 def block(parameters: ParameterVector, name: str) -> slice:
