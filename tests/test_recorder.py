@@ -81,7 +81,7 @@ def test_what_does_not_overlap_has_no_depth():
 
 OBJECT, PADS, LINK, TABLE = 1, [2, 3], 4, 0
 """Bodies. The geoms have the same numbers, and the second pad another geom, 5."""
-HULL = np.array([(x, y, z) for x in (-0.02, 0.02) for y in (-0.03, 0.03) for z in (0.0, 0.05)])
+HULL = np.array([(x, y, z) for x in (-0.01, 0.03) for y in (-0.03, 0.02) for z in (0.0, 0.05)])
 
 
 class Scene:
