@@ -159,6 +159,22 @@ def test_the_svd_equilibrium_balances_force_and_torque_and_undoes_a_known_motion
     np.testing.assert_allclose(np.cross(there, f).sum(axis=0) + np.cross(R @ com + t, weight), 0, atol=1e-10)
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_where_the_targets_are_mirrored_the_equilibrium_is_still_the_best_rotation(seed):
+    rng = np.random.default_rng(seed)
+    p, k = rng.normal(size=(4, 3)), rng.uniform(40, 400, 4)
+    o = p @ (np.diag([1.0, 0.9, -0.8]) @ random_rotation(rng))
+    R, t, _ = equilibrium(p, o, k, 0.0, np.zeros(3))
+    assert np.linalg.det(R) == pytest.approx(1.0)
+
+    def energy(Q, shift):
+        return 0.5 * k @ ((p @ Q.T + shift - o) ** 2).sum(axis=1)
+
+    for _ in range(300):
+        Q = random_rotation(rng)
+        assert energy(Q, k @ (o - p @ Q.T) / k.sum()) >= energy(R, t)
+
+
 def test_coinciding_targets_have_an_equilibrium_without_stiffness_and_nothing_is_nan():
     p = np.random.default_rng(0).normal(size=(4, 3))
     R, t, rho = equilibrium(p, np.zeros((4, 3)), np.full(4, 80.0), 0.0, np.zeros(3))
