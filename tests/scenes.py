@@ -10,7 +10,7 @@ from sgnlp.gpis import Gpis, fit
 from sgnlp.grasp import Grasp
 from sgnlp.hand import Hand, load_hand
 from sgnlp.kinematics import integrate
-from sgnlp.nlp import Nlp, build, variable_units
+from sgnlp.nlp import FUNCTIONS, Nlp, build, frame, variable_units
 from sgnlp.observation import Observation, observe
 from sgnlp.oracle import Oracle, join
 from sgnlp.parameters import ParameterVector
@@ -110,9 +110,15 @@ def exact_grasp(problem: Problem, start: Start, x: Array) -> Grasp:
 
 
 def random_grasp(settings: Settings, seed: int) -> Grasp:
-    """The NumPy grasp at a random point near a start."""
+    """The NumPy grasp at a random point near a start. No symbolic function is built for it."""
     problem = posed(settings)
-    return exact_grasp(problem, *random_point(problem, oracle(settings, "penalty").nlp, seed))
+    return exact_grasp(problem, *random_point(problem, unbuilt(problem), seed))
+
+
+def unbuilt(problem: Problem) -> Nlp:
+    """The penalty program of a problem without its functions: what its variables and parameters need."""
+    given = frame(problem.hand, problem.structure("penalty"))
+    return Nlp(**given, row_sizes=(1,) * len(given["constraints"]), **dict.fromkeys(FUNCTIONS))
 
 
 def block(parameters: ParameterVector, name: str) -> slice:

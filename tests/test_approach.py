@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import SMALL, exact_grasp, oracle, posed, random_point
+from scenes import SMALL, exact_grasp, posed, random_point, unbuilt
 
 from sgnlp.approach import approaches
 from sgnlp.energies.contact import Uncertainty
@@ -15,13 +15,12 @@ from sgnlp.ops import Exact
 @pytest.mark.parametrize("density", ["share", "density"])
 def test_the_paths_add_up_to_the_term_of_the_energy(density):
     problem = posed(SMALL)
-    start, x = random_point(problem, oracle(SMALL, "penalty").nlp, 3)
+    nlp = unbuilt(problem)
+    start, x = random_point(problem, nlp, 3)
     problem = replace(problem, settings=replace(SMALL, contact=replace(SMALL.contact, density=density)))
     g = exact_grasp(problem, start, x)
     n = len(problem.hand.joint_names)
-    wrist, joints = integrate(
-        problem.hand, start.wrist, start.joints, (x * oracle(SMALL, "penalty").nlp.units)[: 6 + n]
-    )
+    wrist, joints = integrate(problem.hand, start.wrist, start.joints, (x * nlp.units)[: 6 + n])
     found = approaches(problem, wrist, joints, g.targets, g.gains)
     total = sum(path.sample_density.mean() - path.contact_density for path in found)
     assert total == pytest.approx(float(Uncertainty().value(g, Exact())), rel=1e-12)

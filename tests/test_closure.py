@@ -6,13 +6,16 @@ from functools import cache
 import cvxpy as cp
 import numpy as np
 import pytest
-from scenes import SMALL, block, hand, oracle, posed
+from scenes import SMALL, block, exact_grasp, hand, oracle, posed, random_point
+from scipy.spatial.transform import Rotation
 
 from sgnlp.energies import TERMS
 from sgnlp.energies.spring import margins
 from sgnlp.equilibrium import GRAVITY
 from sgnlp.grasp import Grasp
 from sgnlp.ipopt import Planner, nlp_solver
+from sgnlp.kinematics import frames, integrate
+from sgnlp.nlp import variable_units
 from sgnlp.ops import Exact
 from sgnlp.pool import solve_start
 from sgnlp.presets import preset
@@ -97,12 +100,14 @@ def test_some_of_these_contacts_admit_force_closure_and_some_do_not():
 
 
 def test_contacts_and_forces_are_targets_and_pregrasps_in_other_coordinates():
-    rng = np.random.default_rng(0)
-    a, o, k, c = rng.normal(size=(4, 3)), rng.normal(size=(4, 3)), rng.uniform(40, 400, (4, 1)), 0.7
-    p = o + c * (a - o)
-    F = k * (o - p)
-    np.testing.assert_allclose(p + F / k, o, atol=1e-14)
-    np.testing.assert_allclose(p / c - (1 - c) / c * (p + F / k), a, atol=1e-14)
+    problem, c = posed(CLOSURE), CLOSURE.contact.c
+    start, x = random_point(problem, oracle(INNER, "penalty").nlp, 0)
+    g = exact_grasp(problem, start, x)
+    wrist, joints = integrate(hand(), start.wrist, start.joints, (x * variable_units(hand()))[: 6 + len(start.joints)])
+    assert 0 < c < 1
+    o = g.contacts + g.forces / g.gains[:, None]
+    np.testing.assert_allclose(o, g.targets, atol=1e-14)
+    np.testing.assert_allclose(g.contacts / c - (1 - c) / c * o, frames(hand(), wrist, joints)[0], atol=1e-14)
 
 
 # --- planned ---------------------------------------------------------------------------------------------------------
@@ -156,12 +161,27 @@ def test_without_a_pregrasp_the_hand_begins_in_contact():
     assert np.isfinite(s.energy_terms).all()
 
 
-@pytest.mark.parametrize("name", ["no-uncertainty", "no-pad", "printed-equilibrium"])
+@pytest.mark.parametrize("name", ["no-uncertainty", "no-pad"])
 def test_an_ablation_is_solved(name):
     s, settings = planned(name)
     assert s.solved(settings.solver.tolerance)
     assert np.isfinite(s.energy_terms).all()
-    assert s.feasible or name == "printed-equilibrium"  # judged by the true equilibrium
+    assert s.feasible
+
+
+def test_a_plan_for_the_printed_equilibrium_is_judged_by_the_true_one():
+    s, settings = planned("printed-equilibrium")
+    g = s.grasp
+    assert s.solved(settings.solver.tolerance)
+    k = g.gains[:, None]
+    B = (k * (g.targets - g.targets.mean(axis=0))).T @ (k * (g.contacts - g.contacts.mean(axis=0)))
+    printed = Rotation.align_vectors(np.eye(3), B)[0].as_matrix()  # max tr(Rᵀ B) over rotations, by SciPy
+    there = g.contacts @ printed.T + (g.gains @ (g.targets - g.contacts @ printed.T)) / g.gains.sum()
+    assert np.linalg.norm(printed - g.rotation) > 1e-2
+    assert np.linalg.norm(np.cross(there, k * (g.targets - there)).sum(axis=0)) > 1e-4  # [N m]: no equilibrium
+    planned_margins = margins(k * (g.targets - there), g.normals @ printed.T, g.friction, Exact())
+    assert planned_margins.min() > settings.limits.margin_equilibrium - 1e-5
+    np.testing.assert_allclose(g.wrench_eq, 0, atol=1e-10)
 
 
 def test_the_object_is_lifted_by_a_centimetre_where_that_is_desired():

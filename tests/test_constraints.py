@@ -5,7 +5,7 @@ from math import inf
 
 import numpy as np
 import pytest
-from scenes import SMALL, oracle, posed, random_grasp
+from scenes import SMALL, exact_grasp, hand, oracle, posed, random_grasp, random_point
 
 from sgnlp.constraints import CONSTRAINTS, active
 from sgnlp.equilibrium import GRAVITY
@@ -23,6 +23,8 @@ MOVED = replace(
 )
 CLOSURE = replace(HEAVY, contact=replace(HEAVY.contact, metric="closure", heuristic=1.6))
 NAMES = [c.name for c in CONSTRAINTS]
+PAD = 0.012
+"""Radius of the pads [m]. The table is at 0."""
 
 
 def rows(name: str, g: Grasp) -> np.ndarray:
@@ -40,27 +42,71 @@ def margin(forces, normals, friction):
     return np.array(cosines) - np.cos(np.arctan(friction))
 
 
+def distance(points) -> np.ndarray:
+    """μ/|∇μ| at points, the slope rounded at 0."""
+    gpis = posed(HEAVY).gpis
+    return np.array([gpis.mean(z[None])[0] / np.sqrt((gpis.gradient(z[None]) ** 2).sum() + 1e-6) for z in points])
+
+
+def spheres(g: Grasp) -> list[tuple[np.ndarray, float]]:
+    """Centre and radius of every sphere that is no pad."""
+    radii = [sphere.radius for sphere in hand().spheres]
+    return [pair for i, pair in enumerate(zip(g.spheres, radii, strict=True)) if i not in hand().tip_spheres]
+
+
+def gaps(g: Grasp) -> np.ndarray:
+    """The distances of the pads' nearest points, a radius down the normal from their centres."""
+    slopes = posed(HEAVY).gpis.gradient(g.contacts)
+    return distance([p - PAD * s / np.linalg.norm(s) for p, s in zip(g.contacts, slopes, strict=True)])
+
+
+def turning_stiffness(g: Grasp) -> float:
+    """ρ by a determinant: of λ I - S, S = Σ k (o - ō) (R (p - p̄))ᵀ and the load's part, λ = tr S, over λ²."""
+    k, o, p, com = g.gains, g.targets, g.contacts, posed(HEAVY).com
+    middle = (k @ p) / k.sum()
+    S = sum(a * np.outer(b - (k @ o) / k.sum(), g.rotation @ (c - middle)) for a, b, c in zip(k, o, p, strict=True))
+    S = S - 0.2 * GRAVITY * np.outer([0, 0, 1], g.rotation @ (com - middle))
+    return float(np.linalg.det(np.trace(S) * np.eye(3) - S) / np.trace(S) ** 2)
+
+
+def pair_clearances(g: Grasp) -> list[float]:
+    balls = list(zip(g.spheres, [sphere.radius for sphere in hand().spheres], strict=True))
+    return [np.sqrt(((balls[i][0] - balls[j][0]) ** 2).sum()) - balls[i][1] - balls[j][1] for i, j in hand().pairs]
+
+
+def deviations(g: Grasp) -> np.ndarray:
+    """σ/|∇μ| at the contacts."""
+    gpis = posed(HEAVY).gpis
+    return gpis.deviation(g.contacts) / np.sqrt((gpis.gradient(g.contacts) ** 2).sum(axis=1) + 1e-6)
+
+
 def from_centre(g: Grasp) -> np.ndarray:
     """The contacts at equilibrium from the centre of mass there: the object turns rigidly."""
     return (g.contacts - posed(HEAVY).com) @ g.rotation.T
 
 
+def centre_eq(g: Grasp) -> np.ndarray:
+    """The centre of mass at equilibrium, by the balance of springs and weight: Σ k (o - p_eq) = M g e_z."""
+    pulled = (g.gains[:, None] * (g.targets - from_centre(g))).sum(axis=0) - [0, 0, 0.2 * GRAVITY]
+    return pulled / g.gains.sum()
+
+
 FORMULAS = {
-    "stiffness": lambda g: g.stiffness,
+    "stiffness": turning_stiffness,
     "rotation": lambda g: np.trace(g.rotation),
-    "workspace": lambda g: g.ball_clearances,
-    "contact": lambda g: g.gaps,
+    "workspace": lambda g: posed(HEAVY).gpis.radius - np.linalg.norm(g.tips - posed(HEAVY).gpis.centre, axis=1),
+    "contact": gaps,
     "margin_initial": lambda g: margin(g.forces, g.normals, g.friction),
     "margin_equilibrium": lambda g: margin(g.forces_eq, g.normals @ g.rotation.T, g.friction),
     "force": lambda g: np.sqrt((g.forces_eq**2).sum(axis=1)),
     "shift": lambda g: np.linalg.norm(g.contacts_eq - g.contacts, axis=1),
-    "object": lambda g: g.object_clearances,
-    "pads_object": lambda g: g.pad_clearances,
-    "table": lambda g: g.table_clearances,
-    "pads_table": lambda g: g.pad_heights,
-    "self": lambda g: g.pair_clearances,
-    "contact_table": lambda g: g.contact_heights,
-    "equilibrium_table": lambda g: g.contact_heights_eq,
+    "object": lambda g: [distance([centre])[0] - radius for centre, radius in spheres(g)],
+    "pads_object": lambda g: distance(g.tips) - PAD,
+    "table": lambda g: [centre[2] - radius for centre, radius in spheres(g)],
+    "pads_table": lambda g: g.tips[:, 2] - PAD,
+    "self": pair_clearances,
+    "contact_table": lambda g: g.contacts[:, 2] - PAD,
+    "equilibrium_table": lambda g: (from_centre(g) + centre_eq(g))[:, 2] - PAD,
     "sag": lambda g: g.gains.sum(),
     "torque_initial": lambda g: g.torques / 0.7,
     "torque_equilibrium": lambda g: g.torques_eq / 0.7,
@@ -72,7 +118,7 @@ FORMULAS = {
     "tip": lambda g: np.zeros((4, 3)),
     "balance_force": lambda g: (g.gains[:, None] * (g.targets - g.contacts_eq)).sum(axis=0) - [0, 0, 0.2 * GRAVITY],
     "balance_torque": lambda g: sum(np.cross(p, f) for p, f in zip(from_centre(g), g.forces_eq, strict=True)),
-    "gains": lambda g: g.gains * g.contact_deviations,
+    "gains": lambda g: g.gains * deviations(g),
 }
 
 
@@ -85,6 +131,35 @@ def g() -> Grasp:
 def test_the_rows_of_a_constraint_are_those_of_its_equation(g, name):
     rounding = 1e-11 if name.startswith("balance_") else 0.0  # [N, N m]: both sides are 0
     np.testing.assert_allclose(rows(name, g), np.atleast_1d(FORMULAS[name](g)), rtol=1e-10, atol=rounding)
+
+
+CENTIMETRES = (
+    *("workspace", "contact", "shift", "object", "pads_object", "table", "pads_table", "self"),
+    *("contact_table", "equilibrium_table"),
+)
+ONES = {
+    **dict.fromkeys(CENTIMETRES, 0.01),
+    **dict.fromkeys(("rotation", "margin_initial", "margin_equilibrium", "cone"), 1.0),
+    **dict.fromkeys(("force", "press", "force_initial", "net_force", "gains"), 1.0),
+    **dict.fromkeys(("torque_initial", "torque_equilibrium"), 1.0),
+    "stiffness": 0.01,
+    "sag": 100.0,
+    "net_torque": 0.1,
+}
+"""What a row of 1 is: 1 cm, 1, 1 N, the effort, 0.01 N m of stiffness, 100 N/m of gain, 0.1 N m."""
+
+
+@pytest.mark.parametrize("settings", [HEAVY, CLOSURE], ids=["spring", "closure"])
+def test_the_solver_sees_every_row_in_its_unit(settings):
+    functions, problem = oracle(settings, "constrained"), posed(settings)
+    start, x = random_point(problem, functions.nlp, 0)
+    p = problem.parameters(functions.nlp, start.wrist, start.joints)
+    g = exact_grasp(problem, start, x)
+    expected = [np.ravel(FORMULAS[c.name](g)) / ONES[c.name] for c in functions.nlp.constraints]
+    found = np.split(functions.values(x, p), np.cumsum(functions.nlp.row_sizes)[:-1])
+    for c, ours, theirs in zip(functions.nlp.constraints, expected, found, strict=True):
+        np.testing.assert_allclose(theirs, ours, rtol=1e-3, atol=1e-3, err_msg=c.name)  # norms are rounded at 0
+    assert {c.name for c in functions.nlp.constraints} <= set(ONES)
 
 
 def turned(angle_deg: float) -> np.ndarray:

@@ -1,6 +1,8 @@
 """Versions, machine, solvers and kinematics backend are told, and what is missing never stops a command."""
 
+import importlib.util
 import platform
+import sys
 
 import casadi
 import numpy
@@ -8,7 +10,6 @@ import pytest
 
 import sgnlp
 from sgnlp import environment
-from sgnlp.kinematics import backends
 
 
 def test_versions_are_those_that_run():
@@ -55,12 +56,27 @@ def test_the_solvers_that_are_found_can_be_made():
     found = environment.solvers()
     assert found["nlpsol ipopt"]
     assert found["linsol mumps"]
-    x = casadi.SX.sym("x")
-    for name in (name for name, there in found.items() if there and name.startswith("nlpsol")):
-        assert casadi.has_nlpsol(name.removeprefix("nlpsol ")), name
+    x, A = casadi.SX.sym("x"), casadi.diag(casadi.DM([2.0, 4.0]))
+    for kind, name in (key.split() for key, there in found.items() if there):
+        if kind == "nlpsol":
+            made = casadi.nlpsol("s", name, {"x": x, "f": (x - 1) ** 2})
+            assert made.size_out("x") == (1, 1)
+        else:
+            solved = casadi.Linsol("s", name, A.sparsity()).solve(A, casadi.DM([2.0, 8.0]))
+            assert list(solved.full().ravel()) == [1.0, 2.0]
     solver = casadi.nlpsol("s", "ipopt", {"x": x, "f": (x - 1) ** 2}, {"ipopt.print_level": 0, "print_time": False})
     assert float(solver()["x"]) == pytest.approx(1)
 
 
-def test_the_backend_is_the_preferred_one_of_those_that_run_here():
-    assert environment.kinematics_backend() == backends()[0]
+def test_what_is_not_found_is_told_to_be_missing(monkeypatch):
+    monkeypatch.setattr(casadi, "has_nlpsol", "uno".__eq__)
+    monkeypatch.setattr(casadi, "has_linsol", "ma27".__eq__)
+    assert {name for name, there in environment.solvers().items() if there} == {"nlpsol uno", "linsol ma27"}
+    assert len(environment.solvers()) == 7
+
+
+def test_the_backend_is_pinocchios_where_it_can_be_had_and_the_walk_over_the_model_elsewhere(monkeypatch):
+    there = importlib.util.find_spec("pinocchio.casadi") is not None
+    assert environment.kinematics_backend() == ("pinocchio.casadi" if there else "model walk")
+    monkeypatch.setitem(sys.modules, "pinocchio.casadi", None)
+    assert environment.kinematics_backend() == "model walk"

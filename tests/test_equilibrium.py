@@ -237,6 +237,32 @@ def test_the_curvature_of_the_potential_over_rotations_has_the_documented_eigenv
     assert rho == pytest.approx(np.prod(expected) / (s1 + s2 + s3) ** 2, rel=1e-8)
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_off_the_equilibrium_the_stiffness_is_that_of_the_curvature_there(seed):
+    """The lifted program passes through such points: the potential -tr(Rᵀ B) of the rotation is curved there too."""
+    P, O, k, mass, com = random_grasp(seed)
+    R, _, rho, B = solve(P, O, k, mass, com)
+    rng = np.random.default_rng(seed)
+    away = _turn(random_rotation(rng)[:, 0], 0.4) @ R
+
+    def energy(theta):
+        return -np.trace(Rotation.from_rotvec(theta).as_matrix() @ away @ B.T)
+
+    H = jacobian(lambda theta: jacobian(energy, theta, 0.02), np.zeros(3), 0.02)
+    found = float(stiffness(ca.DM(away), ca.DM(B)))
+    assert found == pytest.approx(np.linalg.det(H) / (np.trace(H) / 2) ** 2, rel=1e-4)
+    assert abs(found - rho) > 1e-3 * rho
+
+
+def test_the_printed_profile_is_the_true_one_for_equal_gains_and_grows_with_all_gains_alike():
+    for seed in range(5):
+        P, O, k, _, _ = random_grasp(seed)
+        equal = np.full(M, 80.0)
+        np.testing.assert_allclose(solve(P, O, equal, f=PRINTED)[3], solve(P, O, equal)[3], rtol=1e-12, atol=1e-14)
+        np.testing.assert_allclose(solve(P, O, 3 * k, f=PRINTED)[3], 3 * solve(P, O, k, f=PRINTED)[3], rtol=1e-12)
+        assert solve(P, O, 3 * k, f=PRINTED)[2] == pytest.approx(3 * solve(P, O, k, f=PRINTED)[2], rel=1e-9)
+
+
 def test_algorithm_1_as_printed_is_the_equilibrium_for_equal_gains_only():
     for seed in range(10):
         P, O, k, _, _ = random_grasp(seed)

@@ -49,6 +49,24 @@ def test_a_smooth_form_tends_to_the_exact_one_as_its_width_goes_to_zero(name):
     assert error[2] < 2e-4
 
 
+AT_THEIR_WIDTHS = {
+    "abs": lambda d: np.hypot(d, 5e-4),
+    "hinge": lambda d: 1.5e-3 * np.logaddexp(0.0, d / 1.5e-3),
+    "log": lambda u: np.log((u + np.sqrt(u**2 + 4 * 0.02**2)) / 2),
+    "least": lambda bound, f: (bound + f) / 2 - np.hypot(bound - f, 0.1) / 2,
+    "residual": lambda A: np.array([np.hypot(np.linalg.norm(a), 0.1) for a in A]),
+}
+
+
+@pytest.mark.parametrize("name", AT_THEIR_WIDTHS)
+def test_a_smooth_form_is_the_documented_one_at_its_width(name):
+    near = {"abs": (np.array([-1e-3, 0.0, 2e-4]),), "hinge": (np.array([-2e-3, -1e-4, 0.0, 3e-4, 2e-3]),)}
+    for arguments in (ELEMENTWISE[name], near.get(name, ELEMENTWISE[name])):
+        np.testing.assert_allclose(
+            values(name, smooth(), *arguments), AT_THEIR_WIDTHS[name](*arguments), rtol=1e-12, atol=1e-15
+        )
+
+
 def test_norm_dot_square_and_sums_are_the_exact_ones_up_to_their_rounding():
     rng, op, exact = np.random.default_rng(0), smooth(), Exact()
     A, B, x = rng.normal(size=(4, 3)), rng.normal(size=(4, 3)), rng.normal(size=12)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import SMALL, block, hand, observation, oracle, posed
+from scenes import SMALL, block, hand, observation, posed, unbuilt
 
 from sgnlp.errors import InputError
 from sgnlp.problem import pose
@@ -18,8 +18,8 @@ def problem():
 
 
 @pytest.fixture
-def nlp():
-    return oracle(SMALL, "penalty").nlp
+def nlp(problem):
+    return unbuilt(problem)
 
 
 def test_a_hand_is_given_by_name_or_loaded(problem):
@@ -52,8 +52,24 @@ def test_the_bounds_of_the_variables_are_the_joint_limits_the_gains_and_a_cube_i
     np.testing.assert_allclose(high[-m:], limits.gain_max)
     for corner in (low, high):
         offsets = corner[6 + n : -m].reshape(m, 3) - problem.gpis.centre
-        assert (np.linalg.norm(offsets, axis=1) <= problem.gpis.radius * (1 + 1e-9)).all()
+        np.testing.assert_allclose(np.linalg.norm(offsets, axis=1), problem.gpis.radius)  # its corners, on the ball
+        np.testing.assert_allclose(np.abs(offsets), problem.gpis.radius / np.sqrt(3))
     assert (low < high).all()
+
+
+def test_the_wrist_may_turn_by_nearly_half_a_turn_and_no_further(problem):
+    """In a tangent space each turn by less than π is one vector, and longer vectors are turns already counted."""
+    low, high = problem.variable_bounds(unbuilt(problem), hand().reference)
+    farthest = [np.linalg.norm(bound[3:6]) for bound in (low, high)]
+    assert max(farthest) < np.pi
+    assert min(farthest) > 0.98 * np.pi
+
+
+def test_without_a_weight_no_motion_is_desired_whatever_the_settings_say(problem):
+    contact = replace(SMALL.contact, displacement=(0.01, 0.02, 0.03), turn=(0.1, 0.2, 0.3))
+    still = replace(problem, settings=replace(SMALL, contact=contact))
+    np.testing.assert_array_equal(still.displacement, np.zeros(3))
+    np.testing.assert_array_equal(still.turn, np.eye(3))
 
 
 @pytest.mark.parametrize("field", ["gain_min", "gain_max", "wrist_travel"])

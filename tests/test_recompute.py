@@ -6,11 +6,12 @@ from functools import cache
 import casadi as ca
 import numpy as np
 import pytest
-from scenes import SMALL, exact_grasp, oracle, posed, random_point, random_rotation
+from scenes import SMALL, exact_grasp, hand, oracle, posed, random_point, random_rotation
 
 from sgnlp.chain import Chain
 from sgnlp.equilibrium import GRAVITY
 from sgnlp.grasp import Grasp
+from sgnlp.hand import Hand
 from sgnlp.oracle import SurfaceJets
 from sgnlp.recompute import equilibrium, rotation_angle
 from sgnlp.settings import Contact, Settings
@@ -28,12 +29,12 @@ ROUNDED = ("contact_deviations", "path_deviations", "normals", "normals_eq", "ga
 
 
 @cache
-def symbolic_grasp(settings: Settings) -> tuple[ca.Function, list[str]]:
-    """(x, p, jets…) → every symbolic field of the grasp, and their names."""
+def symbolic_grasp(settings: Settings, other: Hand | None = None) -> tuple[ca.Function, list[str]]:
+    """(x, p, jets…) → every symbolic field of the grasp, of another hand if one is given, and their names."""
     nlp = oracle(settings, "constrained").nlp
     chain = Chain(ca.SX.sym("x", len(nlp.units)))
     p, blocks = nlp.parameters.symbols()
-    model = Model(nlp.hand, nlp.structure, chain, blocks, nlp.units)
+    model = Model(other or nlp.hand, nlp.structure, chain, blocks, nlp.units)
     symbols = {f.name: getattr(model.grasp, f.name) for f in fields(Grasp)}
     symbols = {name: value for name, value in symbols.items() if isinstance(value, ca.SX)}
     return ca.Function("grasp", [chain.x, p, *model.jets], chain.value(list(symbols.values()))), list(symbols)
@@ -69,6 +70,46 @@ def test_the_numpy_grasp_equals_the_symbolic_one(settings, seed):
         rtol = 1e-4 if name in ROUNDED else 1e-8
         atol = 2e-6 if name == "gaps" else 1e-9  # [m]: the feet follow the normals
         np.testing.assert_allclose(value, expected, rtol=rtol, atol=atol, err_msg=name)
+
+
+PADS = np.array([0.008, 0.010, 0.013, 0.016])
+"""Radii of the pads of a hand whose fingers differ [m]."""
+
+
+@cache
+def unequal() -> Hand:
+    fingers = [replace(f, radius=float(r)) for f, r in zip(hand().fingers, PADS, strict=True)]
+    return replace(hand(), fingers=tuple(fingers))
+
+
+def test_with_unequal_pads_every_gap_and_height_is_that_of_its_finger():
+    problem = replace(posed(LOADED), hand=unequal())
+    g, gpis, K = exact_grasp(problem, *random_point(problem, oracle(LOADED, "constrained").nlp, 2)), problem.gpis, 5
+    for i, radius in enumerate(PADS):
+        path, samples = (
+            np.array([a * g.targets[i] + (1 - a) * g.tips[i] for a in np.arange(K) / (K - 1)]),
+            slice(K * i, K * i + K),
+        )
+        np.testing.assert_allclose(g.path_gaps[samples], gpis.distance(path) - radius, atol=1e-12)
+        np.testing.assert_allclose(g.path_deviations[samples], gpis.distance_deviation(path), rtol=1e-9)
+        foot = g.contacts[i] - radius * g.normals[i]
+        assert g.gaps[i] == pytest.approx(gpis.distance(foot[None])[0], abs=1e-12)
+        heights = g.tips[i, 2], g.contacts[i, 2], g.contacts_eq[i, 2]
+        found = g.pad_heights[i], g.contact_heights[i], g.contact_heights_eq[i]
+        assert found == pytest.approx([height - radius for height in heights], abs=1e-12)
+
+
+def test_with_unequal_pads_the_numpy_grasp_still_equals_the_symbolic_one():
+    functions, problem = oracle(LOADED, "constrained"), posed(LOADED)
+    start, x = random_point(problem, functions.nlp, 2)
+    p = problem.parameters(functions.nlp, start.wrist, start.joints)
+    f, names = symbolic_grasp(LOADED, unequal())
+    jets = SurfaceJets(functions.surface, complete=True)(functions.nlp.points(x, p)[0], PADS)
+    smooth = dict(zip(names, f(x, p, *jets), strict=True))
+    exact = exact_grasp(replace(problem, hand=unequal()), start, x)
+    for name in ("path_gaps", "gaps", "pad_heights", "contact_heights", "contact_heights_eq"):
+        found = np.array(smooth[name]).ravel()
+        np.testing.assert_allclose(found, getattr(exact, name), atol=2e-6, err_msg=name)
 
 
 def test_in_the_penalty_formulation_the_gap_is_that_of_the_centre_less_the_radius():
@@ -116,6 +157,22 @@ def test_the_svd_equilibrium_balances_force_and_torque_and_undoes_a_known_motion
     f = k[:, None] * (o - there)
     np.testing.assert_allclose(f.sum(axis=0) + weight, 0, atol=1e-11)
     np.testing.assert_allclose(np.cross(there, f).sum(axis=0) + np.cross(R @ com + t, weight), 0, atol=1e-10)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_where_the_targets_are_mirrored_the_equilibrium_is_still_the_best_rotation(seed):
+    rng = np.random.default_rng(seed)
+    p, k = rng.normal(size=(4, 3)), rng.uniform(40, 400, 4)
+    o = p @ (np.diag([1.0, 0.9, -0.8]) @ random_rotation(rng))
+    R, t, _ = equilibrium(p, o, k, 0.0, np.zeros(3))
+    assert np.linalg.det(R) == pytest.approx(1.0)
+
+    def energy(Q, shift):
+        return 0.5 * k @ ((p @ Q.T + shift - o) ** 2).sum(axis=1)
+
+    for _ in range(300):
+        Q = random_rotation(rng)
+        assert energy(Q, k @ (o - p @ Q.T) / k.sum()) >= energy(R, t)
 
 
 def test_coinciding_targets_have_an_equilibrium_without_stiffness_and_nothing_is_nan():

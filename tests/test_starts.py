@@ -58,6 +58,39 @@ def test_a_seeded_start_is_one_of_the_file_turned_about_the_vertical_through_the
         assert any(found)
 
 
+def likeness(wrist: np.ndarray, centre: np.ndarray) -> tuple[float, ...]:
+    """What a turn about the vertical leaves of a pose: height, distance from the axis, the vertical seen from it."""
+    pose = pin.XYZQUATToSE3(wrist)
+    x, y, z = pose.translation - centre
+    return tuple(np.round([z, np.hypot(x, y), *pose.rotation[2]], 6) + 0.0)
+
+
+def test_seeded_starts_are_turns_of_all_those_of_the_file_all_around(problem):
+    centre = problem.box.mean(axis=0)
+    every = starts(problem, FILE + 80, 0)
+    file, seeded = ([likeness(start.wrist, centre) for start in some] for some in (every[:FILE], every[FILE:]))
+    assert set(seeded) == set(file)
+    assert len(set(file)) >= FILE - 1  # two of them are mirror images
+    headings = [np.arctan2(*(start.wrist[:2] - centre[:2])[::-1]) for start in every]
+    once = {like: headings[i] for i, like in enumerate(file) if file.count(like) == 1}
+    yaws = [h - once[like] for h, like in zip(headings[FILE:], seeded, strict=True) if like in once]
+    counts, _ = np.histogram(np.mod(yaws, 2 * np.pi), bins=4, range=(0, 2 * np.pi))
+    assert counts.min() >= 6
+
+
+def test_targets_beyond_the_cube_in_the_models_ball_begin_on_its_faces(problem):
+    small = replace(problem, gpis=replace(problem.gpis, radius=0.05))
+    side = 0.05 / np.sqrt(3)
+    outside = 0
+    for start in starts(small, FILE, 0):
+        tips, _ = frames(hand(), start.wrist, start.joints)
+        for target, offset in zip(start.targets, (tips + tips.mean(axis=0)) / 2 - small.gpis.centre, strict=True):
+            nearest = [max(-side, min(side, x)) for x in offset]
+            np.testing.assert_allclose(target - small.gpis.centre, nearest, atol=1e-12)
+            outside += max(abs(offset)) > side
+    assert outside > 0
+
+
 def test_targets_lie_halfway_from_the_tips_to_their_middle_and_inside_the_models_ball(problem):
     for start in starts(problem, FILE, 0):
         tips, _ = frames(hand(), start.wrist, start.joints)

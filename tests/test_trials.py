@@ -4,19 +4,30 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from readings import BEGIN, GIVEN, TOUCHED, Played, moved, turn
 from scenes import SMALL
 
 from sgnlp.errors import InputError
 from sgnlp.observation import load
 from sgnlp.presets import ROBUST
 from sgnlp.settings import Settings
+from sgnlp.simulation import Command
+from sgnlp.simulation.judge import judge
 from sgnlp.studies import comparison, trials, weights
 from sgnlp.studies.study import Setup
 from sgnlp.studies.trials import LOADS, NO_PLAN, Condition, Row
 
 CAN = Path(__file__).parents[1] / "problems" / "can_1.npz"
 LIGHT, HEAVY = LOADS
+PLANNED = Command(
+    *(np.zeros(7), np.zeros(16), np.zeros((2, 3)), np.ones(2)),
+    forces_eq=np.array([[3.0, 0, 0], [0, 0, 2.0]]),
+    rotation_eq=turn(0.0, 0.2, 0.0),
+    translation_eq=BEGIN - turn(0.0, 0.2, 0.0) @ GIVEN + [0.007, 0.0, 0.0],
+)
+"""A plan that is off by 7 mm, 0.2 rad, 3 N and 2 N if nothing moves and no pad presses."""
 
 
 def row(**changes: object) -> Row:
@@ -33,17 +44,23 @@ def setup(**changes: object) -> Setup:
     return replace(made, **changes)  # type: ignore[arg-type]
 
 
-def test_a_trial_has_a_row_for_each_load_and_the_same_plan_in_both():
-    light, heavy = trials.trial(setup(settings=ROBUST), CAN, Condition("2 views", 2), ["1", "2"])
+def test_a_trial_has_a_row_for_each_load_and_the_same_plan_in_both(monkeypatch):
+    sagged = moved(TOUCHED, 0.0, 0.0, 0.03)
+    outcomes = {
+        LOADS[LIGHT]: judge(Played(hold=[replace(sagged, slide=[2e-3, 1e-3])], depth={"table": 4e-3}), PLANNED),
+        LOADS[HEAVY]: judge(Played(depth={"object": 6e-3}), PLANNED),
+    }
+    monkeypatch.setattr(trials, "carried_out", lambda plan, load: outcomes[load])
+    light, heavy = trials.trial(setup(), CAN, Condition("2 views", 2), ["1", "2"])
     assert (light.load, heavy.load) == tuple(LOADS)
     assert (light.object, light.half, light.views, light.starts) == ("can_1", "tuning", "1 2", 1)
-    assert light.margin == heavy.margin
-    assert light.ending in trials.ENDINGS
-    assert light.penetration_mm >= 0
-    assert light.score >= light.strict
-    if light.ending == "held":
-        assert light.score == 1
-        assert light.rise_mm > 20
+    assert light.margin == heavy.margin > -1e-3
+    assert (light.ending, light.score, light.strict, light.premature) == ("held", 1.0, 0.0, False)
+    assert (light.penetration_mm, light.rise_mm, light.slip_mm) == pytest.approx((4.0, 30.0, 2.0))
+    assert (light.shift_error_mm, light.force_error) == pytest.approx((7.0, 2.5))
+    assert light.turn_error_deg == pytest.approx(math.degrees(0.2))
+    assert (heavy.ending, heavy.score, heavy.penetration_mm) == ("in collision", 0.0, 6.0)
+    assert math.isnan(heavy.rise_mm)
 
 
 def test_a_plan_without_a_feasible_grasp_is_a_trial_that_failed():

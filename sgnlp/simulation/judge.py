@@ -10,9 +10,9 @@ from sgnlp.hand import Hand
 from sgnlp.simulation.body import Body
 from sgnlp.simulation.command import Command
 from sgnlp.simulation.outcome import Closing, Ending, Lift, Outcome, Pregrasp, Push
-from sgnlp.simulation.protocol import AXES, SAMPLE, Experiment, angle, calm
+from sgnlp.simulation.protocol import AXES, Experiment, angle, calm
 from sgnlp.simulation.recorder import Reading
-from sgnlp.simulation.settings import SimulationSettings
+from sgnlp.simulation.settings import SAMPLE, SimulationSettings
 
 Array = NDArray[np.float64]
 
@@ -30,7 +30,12 @@ def simulate(command: Command, body: Body, hand: Hand, settings: SimulationSetti
         InputError: the command does not fit the hand, or MuJoCo refuses the hand or the mesh.
     """
     _check(command, hand)
-    experiment = Experiment(command, body, hand, settings)
+    return judge(Experiment(command, body, hand, settings), command)
+
+
+def judge(experiment: Experiment, command: Command) -> Outcome:
+    """Take an experiment through its phases and judge its readings; nothing here knows the simulator."""
+    settings, body = experiment.settings, experiment.body
     pregrasp = _pregrasp(experiment)
     if max(pregrasp.penetration_object, pregrasp.penetration_table) > settings.max_penetration:
         return Outcome("in collision", 0.0, 0.0, pregrasp, None, None, (), experiment.recorder.trace())
@@ -41,8 +46,8 @@ def simulate(command: Command, body: Body, hand: Hand, settings: SimulationSetti
     readings = [*closing, *lifting, *holding]
     closed = _closing(experiment, closing, command) if closing[-1].finite else None
     lifted = _lift(experiment, lifting, holding, body) if lifting and readings[-1].finite else None
-    ending = _ending(lifted, bool(holding), readings[-1].finite, settings, settings.rise)
-    strict = _ending(lifted, bool(holding), readings[-1].finite, settings, settings.rise_strict)
+    ending = _ending(lifted, bool(holding), settings, settings.rise)
+    strict = _ending(lifted, bool(holding), settings, settings.rise_strict)
     pushed = ending in ("held", "slid") and settings.push_weights > 0
     pushes = tuple(_push(experiment, name, holding[-1]) for name in AXES) if pushed else ()
     return Outcome(
@@ -136,8 +141,8 @@ def _lift(experiment: Experiment, lifting: list[Reading], holding: list[Reading]
     )
 
 
-def _ending(lift: Lift | None, held: bool, finite: bool, settings: SimulationSettings, rise: float) -> Ending:
-    if not finite or lift is None:
+def _ending(lift: Lift | None, held: bool, settings: SimulationSettings, rise: float) -> Ending:
+    if lift is None:
         return "diverged"
     if not held:
         return "not lifted"

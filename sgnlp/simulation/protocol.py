@@ -15,13 +15,11 @@ from sgnlp.simulation.body import Body
 from sgnlp.simulation.command import Command
 from sgnlp.simulation.contacts import penetrations
 from sgnlp.simulation.recorder import Reading, Recorder
-from sgnlp.simulation.settings import SimulationSettings
+from sgnlp.simulation.settings import SAMPLE, SimulationSettings
 from sgnlp.simulation.world import ARM_INERTIA, object_alone, world
 
 Array = NDArray[np.float64]
 
-SAMPLE = 0.01
-"""Time between readings [s]."""
 REST_SPEED, REST_TURN = 1e-3, 2e-2
 """At rest, tips and object are slower than this [m/s] and the object turns slower than this [rad/s] ..."""
 REST_SAMPLES = 20
@@ -92,7 +90,7 @@ class Experiment:
     def _advance(self, phase: str) -> Reading:
         import mujoco
 
-        mujoco.mj_step(self.world.model, self.data, max(1, round(SAMPLE / self.settings.timestep)))
+        mujoco.mj_step(self.world.model, self.data, round(SAMPLE / self.settings.timestep))
         return self.recorder.read(self.data, phase)
 
 
@@ -119,7 +117,7 @@ def settled(body: Body, settings: SimulationSettings) -> Array:
 
     model = object_alone(body, settings)
     data = mujoco.MjData(model)
-    steps, still = max(1, round(SAMPLE / settings.timestep)), 0
+    steps, still = round(SAMPLE / settings.timestep), 0
     for _ in range(round(SETTLE_TIME / SAMPLE)):
         mujoco.mj_step(model, data, steps)
         slow = np.linalg.norm(data.qvel[:3]) < REST_SPEED and np.linalg.norm(data.qvel[3:]) < REST_TURN

@@ -4,6 +4,14 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from sgnlp.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
+from sgnlp.errors import InputError
+
+SAMPLE = 0.01
+"""Time between readings [s]."""
+ROUNDING = 1e-6
+"""Of a time step that is written in decimals, of itself."""
+STEPS_OF_A_CONTACT = 2
+"""Time steps in the time constant of a contact at least: MuJoCo takes a stiffer one for one of two steps, unsaid."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +90,12 @@ class SimulationSettings(Checked):
     """longest path of a pad over the surface during lift and hold, rolling excluded [m]"""
 
     def __post_init__(self) -> None:
-        """Also that contacts are not stiffer than the step can resolve."""
+        """Also that contacts are not stiffer than the step can resolve, and that samples are whole steps."""
         super().__post_init__()
         self._ordered("rise", "rise_strict")
+        steps = SAMPLE / self.timestep
+        if abs(steps - round(steps)) > ROUNDING * steps:
+            raise InputError(f"--simulation.timestep must be {SAMPLE:g} s over a whole number, not {self.timestep:g}")
+        if self.timestep > self.contact_time / STEPS_OF_A_CONTACT:
+            least = f"--simulation.contact-time must be at least {STEPS_OF_A_CONTACT} times --simulation.timestep"
+            raise InputError(f"{least}, {STEPS_OF_A_CONTACT * self.timestep:g}, not {self.contact_time:g}")
