@@ -75,10 +75,6 @@ def test_the_wheel_names_the_command_and_what_it_needs(wheel):
         assert re.search(rf"^Requires-Dist: {package}\b", metadata, re.MULTILINE), package
 
 
-def test_the_sources_are_left_as_they_were(wheel):
-    assert not (ROOT / "build").exists()
-
-
 @pytest.mark.parametrize("name", sgnlp.__all__)
 def test_every_public_name_is_there_and_documented(name):
     documentation = inspect.getdoc(getattr(sgnlp, name))
