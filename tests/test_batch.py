@@ -27,7 +27,6 @@ from sgnlp.errors import InputError, SolverError
 from sgnlp.pool import Failure
 from sgnlp.summary import arrays, summary
 
-
 LEAN_FLAGS = [*SMALL_FLAGS, "--spheres", "paper", "--contact.samples", "2"]
 """Functions that a process builds in half the time."""
 LEANEST_FLAGS = [*LEAN_FLAGS, "--solver.formulation", "penalty", "--solver.max-iterations", "3"]
