@@ -3,6 +3,7 @@
 The environment is set before NumPy loads; the workers of pytest-xdist and all processes that a test starts inherit it.
 """
 
+import importlib
 import os
 import shutil
 import tempfile
@@ -38,6 +39,12 @@ hypothesis.settings.load_profile("everywhere")
 def pytest_xdist_auto_num_workers() -> int:
     """As many processes as cores that this one may use."""
     return min(len(os.sched_getaffinity(0)), PROCESSES)
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """The jets of the surface are compiled once, before processes ask for them at once."""
+    if not hasattr(session.config, "workerinput"):
+        importlib.import_module("sgnlp.native").library()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -98,7 +98,7 @@ def check(functions: Oracle, x, p, lam) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kernel", "formulation"), zip(("squared_exponential", "matern52", "matern32"), FORMULATIONS, strict=True)
+    ("kernel", "formulation"), [*zip(("squared_exponential", "matern52", "matern32"), FORMULATIONS, strict=True)]
 )
 def test_the_chain_with_jets_equals_casadis_differentiation_of_the_whole_expression(kernel, formulation):
     """One kernel each, thin plate below: the others' jets are compared by themselves, in test_jets."""
