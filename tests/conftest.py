@@ -20,8 +20,17 @@ from pathlib import Path  # noqa: E402
 import hypothesis  # noqa: E402
 import pytest  # noqa: E402
 
-LONGEST = ("test_batch", "test_nlp", "test_pages", "test_study", "test_compare", "test_benchmark", "test_cli")
-"""The files that take longest, longest first: they begin first, so that the processes end at the same time."""
+LONGEST = (
+    "test_batch",
+    "test_nlp",
+    "test_pages",
+    "test_compiled",
+    "test_cli",
+    "test_benchmark",
+    "test_depth",
+    "test_docs",
+)
+"""The files that take long: they begin first, so that the processes end at the same time."""
 PROCESSES = 4
 """At most, each of which may need 1 GB; no more than there are cores."""
 
