@@ -97,13 +97,14 @@ def _valid(owner: Checked, name: str) -> str:
 
 
 @cache
-def _module(name: str) -> Any:
+def _package(name: str) -> Any:
     return griffe.load(name)
 
 
 def _meaning(kind: type, name: str) -> str:
     """The docstring under a field, else the comment behind it, in one line."""
-    attribute = _module(kind.__module__)[kind.__name__].members[name]
+    package, _, module = kind.__module__.partition(".")
+    attribute = _package(package)[f"{module}.{kind.__name__}"].members[name]
     if attribute.docstring:
         return " ".join(attribute.docstring.value.split())
     line = inspect.getsource(import_module(kind.__module__)).splitlines()[attribute.lineno - 1]

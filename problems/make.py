@@ -3,7 +3,8 @@
     python problems/make.py [OBJECT ...] [--settle] [--seed S] [--out DIR]
 
 Writes OBJECT_0.npz to OBJECT_6.npz, as `sgnlp.scenes.scene` makes them, with the poses in poses.json: the same
-seed gives the same bytes. With --settle the poses are found first, by letting the bodies fall in MuJoCo.
+seed gives the same bytes on one processor, and on another all but a few points, which are one depth unit off.
+With --settle the poses are found first, by letting the bodies fall in MuJoCo.
 """
 
 import argparse

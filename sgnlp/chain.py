@@ -41,14 +41,15 @@ class Chain:
 
     def value(self, expressions: Sequence[ca.SX]) -> list[ca.SX]:
         """The expressions with every lifted symbol replaced by its definition: functions of x alone."""
-        w = self._w
+        w, within = self._w, {symbol.element_hash() for symbol in self._w.elements()}
         n = self.x.numel()
         values = self.x
         for definition in self._definitions:
-            known = ca.Function("definition", [w[:n], *_free(definition, w)], [definition])
-            values = ca.vertcat(values, known(values, *_free(definition, w)))
+            parameters = _free(definition, within)
+            known = ca.Function("definition", [w[:n], *parameters], [definition])
+            values = ca.vertcat(values, known(values, *parameters))
             n += definition.numel()
-        parameters = _free(ca.vertcat(*[ca.vec(e) for e in expressions]), w)
+        parameters = _free(ca.vertcat(*[ca.vec(e) for e in expressions]), within)
         result = ca.Function("value", [w, *parameters], list(expressions))(values, *parameters)
         return list(result) if isinstance(result, tuple | list) else [result]
 
@@ -98,8 +99,7 @@ def _weighted_hessian(definition: ca.SX, before: ca.SX, weights: ca.SX) -> ca.SX
     return ca.substitute(hessian, nu, ca.densify(weights))
 
 
-def _free(expression: ca.SX, w: ca.SX) -> list[ca.SX]:
-    """Symbols of the expression that are not in w: its parameters."""
-    known = {s.element_hash() for s in w.elements()}
-    symbols = [s for s in ca.symvar(expression) if s.element_hash() not in known]
+def _free(expression: ca.SX, within: set[int]) -> list[ca.SX]:
+    """Symbols of the expression whose hashes are not among those of w: its parameters."""
+    symbols = [s for s in ca.symvar(expression) if s.element_hash() not in within]
     return [ca.vertcat(*symbols)] if symbols else []

@@ -1,13 +1,74 @@
-"""Shared fixtures: threads pinned before NumPy loads, and the optional real clouds."""
+"""What all tests share: one thread a process, a cache and a width of output of their own, properties drawn alike.
 
+The environment is set before NumPy loads; the workers of pytest-xdist and all processes that a test starts inherit it.
+"""
+
+import importlib
 import os
+import shutil
+import tempfile
 
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[_variable] = "1"
+for _variable in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE", "TERM"):
+    os.environ.pop(_variable, None)  # what is printed has the width of 80 and no colour, wherever the tests run
+if "PYTEST_XDIST_WORKER" not in os.environ:
+    os.environ["XDG_CACHE_HOME"] = tempfile.mkdtemp(prefix="sgnlp-tests-")
 
 from pathlib import Path  # noqa: E402
 
+import hypothesis  # noqa: E402
 import pytest  # noqa: E402
+
+LONGEST = (
+    "test_batch",
+    "test_nlp",
+    "test_pages",
+    "test_compiled",
+    "test_cli",
+    "test_benchmark",
+    "test_depth",
+    "test_docs",
+)
+"""The files that take long: they begin first, so that the processes end at the same time."""
+PROCESSES = 4
+"""At most, each of which may need 1 GB; no more than there are cores."""
+
+hypothesis.settings.register_profile(
+    "everywhere",
+    derandomize=True,
+    database=None,
+    deadline=None,  # as for `too_slow`: how fast a machine is, is no property of the code
+    print_blob=True,
+    suppress_health_check=[hypothesis.HealthCheck.too_slow],
+)
+hypothesis.settings.load_profile("everywhere")
+
+
+def pytest_xdist_auto_num_workers() -> int:
+    """As many processes as cores that this one may use."""
+    return min(len(os.sched_getaffinity(0)), PROCESSES)
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """The jets of the surface are compiled once, before processes ask for them at once."""
+    if not hasattr(session.config, "workerinput"):
+        importlib.import_module("sgnlp.native").library()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest files first, and marked `long`."""
+    places = {name: place for place, name in enumerate(LONGEST)}
+    for item in items:
+        if item.path.stem in places:
+            item.add_marker(pytest.mark.long)
+    items.sort(key=lambda item: places.get(item.path.stem, len(places)))
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """The cache goes with the process that made it."""
+    if not hasattr(config, "workerinput"):
+        shutil.rmtree(os.environ["XDG_CACHE_HOME"], ignore_errors=True)
 
 
 @pytest.fixture

@@ -9,9 +9,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+PATIENT = 1e4
+"""A process may wait for its turn so many times as long as it works: for `sgnlp.solvers.process.WALL_FACTOR`."""
 TESTS = Path(__file__).parent
 COMMAND = [sys.executable, "-c", "from sgnlp.cli import main; main()"]
-ALIVE = 60.0
+ALIVE = 300.0
 """Longer than anything here takes on a busy machine [s]; nothing waits for it in vain unless it fails."""
 
 

@@ -27,6 +27,13 @@ from sgnlp.errors import InputError, SolverError
 from sgnlp.pool import Failure
 from sgnlp.summary import arrays, summary
 
+LEAN_FLAGS = [*SMALL_FLAGS, "--spheres", "paper", "--contact.samples", "2"]
+"""Functions that a process builds in half the time."""
+UNHURRIED = ["--timeout", "3600"]
+"""Where a start has to end, on a busy machine too."""
+LEANEST_FLAGS = [*LEAN_FLAGS, "--solver.formulation", "penalty", "--solver.max-iterations", "3"]
+"""A quarter of the time, where nothing needs to be feasible."""
+
 
 @pytest.fixture(autouse=True)
 def workplace(tmp_path, monkeypatch) -> Path:
@@ -88,7 +95,7 @@ def read(file: str = "results/batch/rows.csv") -> list[Row]:
 
 def test_a_batch_is_bit_for_bit_what_solve_gives_for_each_file(capfd):
     one, two = cloud("one", 1), cloud("two", 2)
-    flags = ["--starts", 2, "--seed", 3, *SMALL_FLAGS]
+    flags = ["--starts", 2, "--seed", 3, *UNHURRIED, *LEAN_FLAGS]
     assert command(one, two, "none.npz", "--jobs", 1, *flags) == codes.NONE_FEASIBLE
     out, err = capfd.readouterr()
     assert err == ""
@@ -130,7 +137,7 @@ def hanging(task: Task, file: Path) -> object:
 def test_a_start_that_overruns_its_limit_is_stopped_and_its_worker_goes_on(capfd, monkeypatch):
     monkeypatch.setattr("sgnlp.batch.plan", hanging)
     files = [cloud("hangs", 1), cloud("hangs too", 2)]
-    assert command(*files, "--jobs", 1, "--timeout", 0.1, "--starts", 2, *SMALL_FLAGS) == codes.NONE_FEASIBLE
+    assert command(*files, "--jobs", 1, "--timeout", 0.1, "--starts", 2, *LEANEST_FLAGS) == codes.NONE_FEASIBLE
     assert [(row.starts, row.feasible, row.failure) for row in read()] == 2 * [(2, False, "stopped after 0.1 s")]
     assert capfd.readouterr().out.count("stopped after 0.1 s") == 2
 
@@ -394,7 +401,7 @@ def test_a_build_that_fails_is_told_and_the_batch_goes_on_interpreted(here, buil
 def test_ctrl_c_ends_every_process_and_keeps_what_is_done():
     files = [str(cloud(name, i)) for i, name in enumerate(("one", "hangs", "hangs too"))]
     patched = command_with("import sgnlp.batch, test_batch; sgnlp.batch.plan = test_batch.hanging")
-    with running([*patched, "batch", *files, "--jobs", "2", "--starts", "3", *SMALL_FLAGS]) as process:
+    with running([*patched, "batch", *files, "--jobs", "2", "--starts", "3", *UNHURRIED, *LEANEST_FLAGS]) as process:
         assert wait_for(lambda: read() and Path("hanging").exists()), "no object has ended, or none hangs"
         assert interrupted(process) == (codes.INTERRUPTED, "", "interrupted\n")
     assert [row.name for row in read()] == ["one"]
@@ -447,7 +454,7 @@ def waiting(task: Task, file: Path) -> object:
 def test_nothing_is_lost_when_a_worker_of_a_cluster_is_killed_half_way(cluster, monkeypatch):
     monkeypatch.setattr("sgnlp.batch.plan", waiting)
     address, kill = cluster
-    files = [cloud(f"cloud{i}", i) for i in range(6)]
+    files = [cloud(f"cloud{i}", i) for i in range(4)]
     killed = []
 
     def after_the_first() -> None:
@@ -457,13 +464,13 @@ def test_nothing_is_lost_when_a_worker_of_a_cluster_is_killed_half_way(cluster, 
 
     thread = threading.Thread(target=after_the_first)
     thread.start()
-    code = command(*files, "--backend", "dask", "--scheduler", address, "--starts", 2, *SMALL_FLAGS)
+    code = command(*files, "--backend", "dask", "--scheduler", address, "--starts", 2, *UNHURRIED, *LEAN_FLAGS)
     thread.join()
     assert killed == [(2, 1)]  # one of two workers, when one object was done
     assert [(row.name, row.feasible, row.failure) for row in read()] == [(f.stem, True, "") for f in files]
     assert code == codes.FEASIBLE
     assert all(len(load_grasps(f"results/{file.stem}")) == 2 for file in files)
-    run(["solve", str(files[0]), "--quiet", "--starts", "2", "--out", "alone", *SMALL_FLAGS])
+    run(["solve", str(files[0]), "--quiet", "--starts", "2", "--out", "alone", *UNHURRIED, *LEAN_FLAGS])
     assert same(load_grasps("results/cloud0"), load_grasps("alone"))
 
 

@@ -1,5 +1,6 @@
 """`sgnlp cache`: build, show, clear."""
 
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -31,14 +32,21 @@ def test_an_empty_cache_is_shown_and_not_made(folder, capfd):
 
 
 @pytest.mark.skipif(not compiled.can_compile(), reason="no C compiler")
-def test_what_is_built_is_shown_used_and_cleared(folder, capfd):
-    assert run(["cache", "--build", "--jobs", "2", *SMALL]) == 0
-    out, err = capfd.readouterr()
-    assert "program-penalty-" in out
-    assert err == ""
-    (library,) = folder.glob("*.so")
-    assert np.isclose(library.stat().st_size / 1e6, float(out.split("program-penalty-")[1].split()[1]), atol=0.01)
-    assert compiled.load(hand("paper"), Structure("penalty", 2, "share", "exact")) is not None
+def test_what_is_built_is_shown_used_and_cleared(tmp_path, capfd, monkeypatch):
+    assert run(["cache", "--build", "--jobs", "2", *SMALL]) == 0  # in the cache of all tests, unless it is there
+    assert capfd.readouterr().err == ""
+    structure = Structure("penalty", 2, "share", "exact")
+    compiled.load.cache_clear()
+    assert compiled.load(hand("paper"), structure) is not None
+    library = compiled.path(hand("paper"), structure)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    folder = toolchain.cache_folder()
+    folder.mkdir()
+    for file in (library, library.with_suffix(".json")):
+        shutil.copy(file, folder)
+    assert run(["cache"]) == 0
+    shown = capfd.readouterr().out.split("program-penalty-")[1].split()[1]
+    assert np.isclose(library.stat().st_size / 1e6, float(shown), atol=0.01)
     assert run(["cache", "--clear"]) == 0
     assert not list(folder.iterdir())
 

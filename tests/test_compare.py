@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from processes import PATIENT
 from scenes import SMALL, ellipsoid
 
 from sgnlp import plots, results, solvers
@@ -274,6 +275,7 @@ def test_a_solver_that_goes_on_is_stopped_where_it_is(tmp_path, monkeypatch):
             x = x + 1e-6
             task.functions.gradient(x, task.p)
 
+    monkeypatch.setattr("sgnlp.solvers.process.WALL_FACTOR", PATIENT)
     pretend(monkeypatch, forever)
     row = rows_of(setup(tmp_path, "fake", limit=0.2))[0]
     assert row.failure == "over 0.2 s of processor time"
@@ -287,6 +289,7 @@ def test_a_solver_that_burns_without_a_call_is_ended_by_the_kernel(tmp_path, mon
         while True:
             pass
 
+    monkeypatch.setattr("sgnlp.solvers.process.WALL_FACTOR", PATIENT)
     pretend(monkeypatch, burn)
     row = rows_of(setup(tmp_path, "fake", limit=0.2))[0]
     assert row.failure.startswith("over 0.3")

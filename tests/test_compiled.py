@@ -19,13 +19,11 @@ needs_a_compiler = pytest.mark.skipif(not compiled.can_compile(), reason="no C c
 
 
 @pytest.fixture(scope="module")
-def cache(tmp_path_factory):
-    """A cache folder of the tests' own."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
-        compiled.load.cache_clear()
-        yield toolchain.cache_folder()
-        compiled.load.cache_clear()
+def cache():
+    """The cache folder of all tests, where another one may have built the small program too."""
+    compiled.load.cache_clear()
+    yield toolchain.cache_folder()
+    compiled.load.cache_clear()
 
 
 @pytest.fixture(scope="module")
@@ -62,9 +60,9 @@ def test_a_compiled_program_is_the_interpreted_one_in_everything_else(built):
 
 @needs_a_compiler
 def test_what_is_built_is_found_and_not_built_again(built, cache):
-    before = {path: path.stat().st_mtime_ns for path in cache.glob("*.so")}
+    before = {path: path.stat().st_mtime_ns for path in cache.glob("program-*.so")}
     compiled.compile_program(hand("paper"), STRUCTURE)
-    assert {path: path.stat().st_mtime_ns for path in cache.glob("*.so")} == before
+    assert {path: path.stat().st_mtime_ns for path in cache.glob("program-*.so")} == before
     assert compiled.program(hand("paper"), STRUCTURE).points.class_name() != "SXFunction"
     assert compiled.program(hand("paper"), STRUCTURE, compiled=False) is build(hand("paper"), STRUCTURE)
 

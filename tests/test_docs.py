@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from dataclasses import fields, is_dataclass
@@ -20,6 +21,8 @@ for module in ("latex2mathml", "material", "mkdocstrings"):
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted((ROOT / "docs" / "pages").rglob("*.md"))
+BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
+FLAGS = "--headless=new --no-sandbox --disable-gpu --enable-logging=stderr --virtual-time-budget=30000 --dump-dom"
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)")
 
 
@@ -33,7 +36,6 @@ def site(tmp_path_factory) -> Path:
         "mkdocs",
         "build",
         "--strict",
-        "-q",
         "-f",
         ROOT / "docs" / "mkdocs.yml",
         "-d",
@@ -42,6 +44,7 @@ def site(tmp_path_factory) -> Path:
     environment = os.environ | {"NO_MKDOCS_2_WARNING": "1", "PYTHONPATH": str(ROOT)}
     done = subprocess.run(command, env=environment, cwd=folder, capture_output=True, encoding="utf-8")
     assert done.returncode == 0, done.stdout + done.stderr
+    assert "WARNING" not in done.stderr
     return folder
 
 
@@ -60,6 +63,18 @@ def test_no_page_loads_anything_from_the_network(site):
             page.read_text(encoding="utf-8"),
         )
         assert not [source for source in loaded if source.startswith(("http:", "https:", "//"))], page
+
+
+@pytest.mark.skipif(BROWSER is None, reason="needs chromium")
+def test_the_site_is_searched_from_a_folder(site, tmp_path):
+    page = (site / "theory" / "grasp.html").as_uri()
+    command = [str(BROWSER), *FLAGS.split(), f"--user-data-dir={tmp_path}"]
+    for words, found in (("mumps", {"howto/solver.html"}), ("qqq", set())):
+        done = subprocess.run([*command, f"{page}?q={words}"], capture_output=True, encoding="utf-8", timeout=300)
+        links = re.findall(r'<a href="([^"?#]+)[^"]*" class="md-search-result__link', done.stdout)
+        assert {link.removeprefix(f"{site.as_uri()}/") for link in links} >= found
+        assert bool(links) == bool(found)
+        assert "CONSOLE" not in done.stderr
 
 
 def test_every_formula_is_drawn(site):

@@ -130,7 +130,7 @@ def _left() -> tuple[Hand, ca.Function]:
     return hand, function(hand)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seed=st.integers(0, 2**32 - 1), turn=st.floats(0, 3))
 def test_a_rigid_motion_of_the_seed_moves_every_point_by_it(seed: int, turn: float):
     hand, f = _left()

@@ -97,9 +97,11 @@ def check(functions: Oracle, x, p, lam) -> None:
     assert_jacobian(lagrangian, full(functions.hessian(x, p, 1.0, lam)), x)
 
 
-@pytest.mark.parametrize("kernel", sorted(KERNELS))
-@pytest.mark.parametrize("formulation", FORMULATIONS)
-def test_the_chain_with_jets_equals_casadis_differentiation_of_the_whole_expression(formulation, kernel):
+@pytest.mark.parametrize(
+    ("kernel", "formulation"), [*zip(("squared_exponential", "matern52", "matern32"), FORMULATIONS, strict=True)]
+)
+def test_the_chain_with_jets_equals_casadis_differentiation_of_the_whole_expression(kernel, formulation):
+    """One kernel each, thin plate below: the others' jets are compared by themselves, in test_jets."""
     compare_with_casadi(with_kernel(LOADED, kernel), formulation)
 
 

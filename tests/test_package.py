@@ -12,6 +12,9 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+from packaging.version import Version
 
 import sgnlp
 
@@ -75,10 +78,6 @@ def test_the_wheel_names_the_command_and_what_it_needs(wheel):
         assert re.search(rf"^Requires-Dist: {package}\b", metadata, re.MULTILINE), package
 
 
-def test_the_sources_are_left_as_they_were(wheel):
-    assert not (ROOT / "build").exists()
-
-
 @pytest.mark.parametrize("name", sgnlp.__all__)
 def test_every_public_name_is_there_and_documented(name):
     documentation = inspect.getdoc(getattr(sgnlp, name))
@@ -93,8 +92,22 @@ def test_the_public_names_are_sorted_and_complete():
 
 def test_the_version_is_that_of_the_metadata():
     config = configparser.ConfigParser()
-    config.read(ROOT / "setup.cfg")
+    config.read(ROOT / "setup.cfg", encoding="utf-8")
     assert config["metadata"]["version"] == sgnlp.__version__
+
+
+@pytest.mark.parametrize(("file", "exact"), [("constraints.txt", False), ("constraints-lowest.txt", True)])
+def test_the_pinned_versions_are_within_what_is_asked_for_or_the_lowest_of_it(file, exact):
+    lines = (ROOT / "tests" / file).read_text(encoding="utf-8").splitlines()
+    pinned = dict(line.split("==") for line in lines if not line.startswith("#"))
+    config = configparser.ConfigParser()
+    config.read(ROOT / "setup.cfg", encoding="utf-8")
+    asked = [config["options"]["install_requires"], *config["options.extras_require"].values()]
+    for requirement in (Requirement(line) for text in asked for line in text.split("\n") if line):
+        version = pinned[canonicalize_name(requirement.name)]
+        assert requirement.specifier.contains(version), requirement
+        lowest = [Version(bound.version) for bound in requirement.specifier if bound.operator == ">="]
+        assert not exact or lowest in ([], [Version(version)]), requirement
 
 
 def test_the_command_is_an_entry_point():

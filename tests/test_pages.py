@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[1]
 PAGES = ROOT / "docs" / "pages"
 SHARED = ("docs", "problems", "urdf")
 """What a reader in the project's folder has, beside the files that a page makes."""
-CHEAP = "--starts 1 --gpis.surface-points 60 --gpis.interior-points 15"
+CHEAP = "--starts 1 --gpis.surface-points 60 --gpis.interior-points 15 --timeout 3600"
 """Added to the plans of all pages but the tutorial, whose numbers are compared."""
 SGNLP = """#!/bin/sh
 case "$1" in solve|batch) exec {python} -m sgnlp "$@" $CHEAP ;; esac

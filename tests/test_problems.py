@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from sgnlp.meshes import Mesh
 from sgnlp.observation import load
+from sgnlp.scenes import CAMERA
 from sgnlp.settling import DROP, settled
 
 PROBLEMS = Path(__file__).parents[1] / "problems"
@@ -208,13 +209,20 @@ def test_the_axial_noise_is_a_millimetre_on_the_average():
 
 
 @pytest.mark.parametrize("file", ["pyramid_0", "mug_1"])
-def test_a_file_is_made_again_bit_for_bit(file, tmp_path, monkeypatch):
+def test_a_file_is_made_again_but_for_a_depth_unit_in_a_thousandth_of_the_points(file):
+    """The ray caster's depths differ in their last bit between processors: some round to the next depth unit."""
     name, number = file.split("_")
     arrays = make.problem(name, int(number), POSES[name][int(number)], seed=0)
     with np.load(PROBLEMS / f"{file}.npz", allow_pickle=False) as kept:
         assert list(arrays) == kept.files
         for key in kept.files:
-            assert arrays[key].tobytes() == kept[key].tobytes(), key
+            assert arrays[key].dtype == kept[key].dtype
+            if key != "points":
+                assert arrays[key].tobytes() == kept[key].tobytes(), key
+        assert arrays["points"].shape == kept["points"].shape
+        moved = np.abs(arrays["points"].astype(float) - kept["points"]).max(axis=1)
+    assert np.mean(moved > 0) <= 1e-3
+    assert moved.max() <= 1.1 * CAMERA.depth_unit
 
 
 def test_the_same_seed_gives_the_same_bytes_and_another_seed_does_not(tmp_path, monkeypatch):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
+from processes import PATIENT
 from scenes import SMALL, oracle, posed, random_point
 
 from sgnlp import solvers
@@ -176,7 +177,9 @@ def test_what_was_sent_before_a_crash_is_kept_with_the_reason():
     assert apart(crash, 5.0) == ([1], "killed by SIGSEGV")
 
 
-def test_a_process_that_works_for_too_long_is_ended_by_its_processor_time():
+def test_a_process_that_works_for_too_long_is_ended_by_its_processor_time(monkeypatch):
+    monkeypatch.setattr("sgnlp.solvers.process.WALL_FACTOR", PATIENT)
+
     def burn(send):
         spend(0.1)
         send("begun")
@@ -187,7 +190,7 @@ def test_a_process_that_works_for_too_long_is_ended_by_its_processor_time():
 
 
 def test_a_process_that_sleeps_is_ended_by_the_clock(monkeypatch):
-    monkeypatch.setattr("sgnlp.solvers.process.WALL_FACTOR", 2.0)
+    monkeypatch.setattr("sgnlp.solvers.process.WALL_FACTOR", 30.0)  # the word before it sleeps has time to come
 
     def sleep(send):
         import time
@@ -195,7 +198,7 @@ def test_a_process_that_sleeps_is_ended_by_the_clock(monkeypatch):
         send("begun")
         time.sleep(100)
 
-    assert apart(sleep, 0.1) == (["begun"], "no word for 0.2 s")
+    assert apart(sleep, 0.1) == (["begun"], "no word for 3 s")
 
 
 def test_an_error_in_a_process_is_its_reason():
