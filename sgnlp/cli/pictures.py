@@ -1,5 +1,6 @@
 """Pictures of a simulated grasp, drawn without a screen."""
 
+import io
 import os
 import sys
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp import results
 from sgnlp.hand import Hand
 from sgnlp.simulation import Body, Command, SimulationSettings, Trace
 from sgnlp.simulation.scene import OBJECT, TABLE
@@ -45,8 +47,10 @@ def draw(
 
     files = []
     for phase, image in images(command, body, hand, settings, trace, SIZE).items():
+        content = io.BytesIO()
+        Image.fromarray(image).save(content, "PNG")
         files.append(folder / f"simulation-{phase}.png")
-        Image.fromarray(image).save(files[-1])
+        results.write_bytes(files[-1], content.getvalue())
     return files
 
 
