@@ -9,7 +9,7 @@ import pytest
 
 PACKAGE = Path(__file__).parents[1] / "sgnlp"
 STAGES = (
-    "errors checked orphans settings presets toolchain",
+    "errors checked exclusive orphans semaphores settings presets toolchain",
     "open3d_files clouds sampling observation depth depth_files",
     "meshes truth cameras scenes settling",
     "kernels training gpis",
@@ -18,7 +18,7 @@ STAGES = (
     "structure chain jets native parameters symbolic nlp codegen elastic lifted compiled oracle handover closed kkt",
     "problem starts violations ipopt recompute approach solution pool plan",
     "firstorder solvers",
-    "flagwords environment grasps simulation results summary workers batch report plots",
+    "flagwords environment grasps simulation results summary workers batch tables report plots",
     "refit handmeshes handgeometry handcheck scene3d scene_hand scene_html scene_png scene_live dossier",
     "benchmarks studies compare load_nlp testset",
     "cli __main__",

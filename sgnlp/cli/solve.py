@@ -9,7 +9,7 @@ import tyro
 from rich.console import Console
 
 from sgnlp import report, results
-from sgnlp.cli import codes, compiling
+from sgnlp.cli import codes, compiling, lacks
 from sgnlp.cli.flags import Observing
 from sgnlp.cli.progress import starts_bar
 from sgnlp.hand import load_hand
@@ -76,6 +76,7 @@ def _show(console: Console, plan: Plan, files: list[Path], hand: str) -> None:
     for table in report.tables(plan):
         console.print(table)
         console.print()
+    lacks.tell(console)
     compiling.offer(console, plan.problem.hand, hand, plan.problem.settings)
     console.print(report.headline(plan))
     console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)
