@@ -157,7 +157,10 @@ def read_rows(file: Path, row: type[Any]) -> list[Any]:
     kinds = {name: read[kind.__name__] for name, kind in get_type_hints(row).items()}
     try:
         with open(file, encoding="utf-8", errors="surrogateescape", newline="") as handle:
-            return [row(**{name: kinds[name](text) for name, text in line.items()}) for line in csv.DictReader(handle)]
+            reader = csv.DictReader(handle)
+            if strange := set(reader.fieldnames or ()) - set(kinds):
+                raise ValueError(f"unknown column {min(strange)!r}")
+            return [row(**{name: kinds[name](text) for name, text in line.items()}) for line in reader]
     except (KeyError, ValueError, TypeError, csv.Error) as error:
         raise InputError(f"'{file}' does not hold rows of this study: {error}; delete it to begin anew") from None
 

@@ -195,7 +195,7 @@ except errors.MachineError as error:
 def test_a_summary_of_other_grasps_is_not_read(tmp_path):
     plan = small_plan()
     results.save(arrays(plan), summary(plan), tmp_path)
-    assert results.load_summary(tmp_path, arrays(plan))["notes"] == []
+    assert results.load_summary(tmp_path, arrays(plan))["notes"] == list(plan.observation.notes)
     other = replace(plan, seconds={"fit": 1.0, "solve": 2.0})
     with pytest.raises(InputError, match="not the summary of the grasps"):
         results.load_summary(tmp_path, arrays(other))
