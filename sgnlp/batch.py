@@ -81,7 +81,9 @@ def batch(
     input and task are not solved again. Whatever goes wrong with an object is its row's `failure`. The workers are
     closed at the end, however reached.
 
-    Raises `InputError` for a hand that is not valid.
+    Raises:
+        InputError: the hand is not valid.
+        MachineError: a result cannot be written for want of room; those before it are kept.
     """
     expected = _expected(task)
     try:
@@ -165,9 +167,10 @@ def _expected(task: Task) -> dict[str, Any]:
 
 
 def _known(folder: Path, expected: dict[str, Any]) -> Grasps | None:
-    """The grasps in a folder, if they are of the expected input and task, and of some start at least."""
+    """The grasps in a folder, if it is whole, of the expected input and task, and of some start at least."""
     try:
         grasps = results.load_grasps(folder)
+        results.load_summary(folder, grasps)
     except InputError:
         return None
     if len(grasps) == expected["starts"]:  # no start was stopped, so that their limit does not matter

@@ -6,7 +6,6 @@ give the same bits (`sgnlp.codegen`); a result does not depend on which of them 
 """
 
 import json
-import subprocess
 from collections.abc import Callable
 from dataclasses import astuple
 from functools import lru_cache
@@ -17,6 +16,7 @@ from filelock import FileLock
 
 from sgnlp import codegen, toolchain
 from sgnlp.elastic import relax
+from sgnlp.errors import MachineError, SolverError, gives_out
 from sgnlp.hand import Hand
 from sgnlp.kinematics import backend
 from sgnlp.nlp import FUNCTIONS, Nlp, build, frame
@@ -43,12 +43,13 @@ def program(hand: Hand, structure: Structure, compiled: bool = True) -> Nlp:
 
 @lru_cache(maxsize=8)
 def load(hand: Hand, structure: Structure) -> Nlp | None:
-    """The compiled program from the cache; None if it is not there or cannot be loaded."""
+    """The compiled program from the cache; None if it is not there, is damaged or cannot be loaded."""
     library = path(hand, structure)
-    if not library.is_file():
+    note = toolchain.note_of(library)
+    if note is None:
         return None
     try:
-        sizes = tuple(json.loads(library.with_suffix(".json").read_text(encoding="utf-8")))
+        sizes = tuple(json.loads(note))
         functions = {name: ca.external(name, str(library)) for name in FUNCTIONS}
     except (OSError, ValueError, RuntimeError):
         return None
@@ -58,31 +59,41 @@ def load(hand: Hand, structure: Structure) -> Nlp | None:
 def compile_program(
     hand: Hand, structure: Structure, jobs: int = 1, progress: Callable[[int, int], None] = lambda done, total: None
 ) -> Path:
-    """Compile a program into the cache, unless it is there, and return its library.
+    """Compile a program into the cache, unless it is there, and return its library. It notes the sizes of its rows.
 
     One process builds and others that want the same wait for it.
 
     Raises:
-        OSError, subprocess.SubprocessError: there is no compiler, it fails, or the cache cannot be written.
+        SolverError: there is no compiler, it fails, or the cache cannot be written.
+        MachineError: there is no room for it.
     """
     library = path(hand, structure)
-    library.parent.mkdir(parents=True, exist_ok=True)
-    with FileLock(library.with_suffix(".lock")):
-        if not library.is_file():
-            nlp = build(hand, structure.rigid)
-            sources = {file: text for name in FUNCTIONS for file, text in _sources(name, nlp).items()}
-            library.with_suffix(".json").write_text(json.dumps(nlp.row_sizes), encoding="utf-8")
-            toolchain.build(library, sources, FLAGS, jobs, progress)
+    if not built(library):
+        if fault := toolchain.cache_fault() or toolchain.compiler_fault():
+            raise SolverError(fault)
+        try:
+            library.parent.mkdir(parents=True, exist_ok=True)
+            with FileLock(library.with_suffix(".lock")):
+                if not built(library):
+                    nlp = build(hand, structure.rigid)
+                    sources = {file: text for name in FUNCTIONS for file, text in _sources(name, nlp).items()}
+                    note = json.dumps(nlp.row_sizes).encode()
+                    toolchain.build(library, sources, FLAGS, jobs, progress, note)
+        except OSError as error:  # of the lock
+            kind = MachineError if gives_out(error) else SolverError
+            raise kind(f"the cache '{library.parent}' cannot be written: {error.strerror or error}") from None
     load.cache_clear()
     return library
 
 
+def built(library: Path) -> bool:
+    """Whether a library is in the cache, as it was built."""
+    return toolchain.note_of(library) is not None
+
+
 def can_compile() -> bool:
-    """Whether a compiler that works is found."""
-    try:
-        return subprocess.run([str(toolchain.compiler()), "--version"], capture_output=True, timeout=10).returncode == 0
-    except (OSError, subprocess.SubprocessError):
-        return False
+    """Whether a compiler that works is found, and a cache for what it makes."""
+    return not (toolchain.cache_fault() or toolchain.compiler_fault())
 
 
 def path(hand: Hand, structure: Structure) -> Path:

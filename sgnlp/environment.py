@@ -9,7 +9,7 @@ from typing import Any
 import casadi as ca
 
 from sgnlp.kinematics import backend
-from sgnlp.native import library
+from sgnlp.native import attempt
 from sgnlp.toolchain import processor
 
 PACKAGES = ("sgnlp", "casadi", "pin", "example-robot-data", "numpy", "scipy", "open3d", "mujoco", "coacd")
@@ -54,8 +54,9 @@ def solvers() -> dict[str, bool]:
 
 
 def surface_backend() -> str:
-    """How the surface is evaluated: in compiled C, or in NumPy where no C compiler is found."""
-    return "compiled C" if library() is not None else "NumPy (no C compiler found)"
+    """How the surface is evaluated: in compiled C, or in NumPy where that cannot be had, with the reason."""
+    library, fault = attempt()
+    return "compiled C" if library is not None else f"NumPy ({fault})"
 
 
 def kinematics_backend() -> str:

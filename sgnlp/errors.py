@@ -1,5 +1,7 @@
 """The errors of the package: one base class, so that a caller can catch them all at once."""
 
+import errno
+
 
 class SgnlpError(Exception):
     """Base of every error that sgnlp raises on purpose. Its message is one line and says what is valid."""
@@ -10,7 +12,22 @@ class InputError(SgnlpError):
 
 
 class SolverError(SgnlpError):
-    """A solver or worker process failed in a way that is not the input's fault."""
+    """A solver, compiler or worker process failed in a way that is not the input's fault."""
+
+
+class MachineError(SgnlpError):
+    """The machine gives out: a full disk, no more memory or processes. The command line ends with exit code 4."""
+
+
+GIVES_OUT = frozenset(
+    {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.ENOMEM, errno.EAGAIN, errno.EMFILE, errno.ENFILE}
+)
+"""Numbers of system errors that are the machine's: every other file, or another try, would meet them too."""
+
+
+def gives_out(error: OSError) -> bool:
+    """Whether a system error is the machine's and not that of the file or name it was asked for."""
+    return error.errno in GIVES_OUT
 
 
 def unknown(kind: str, name: str, valid: object) -> InputError:

@@ -6,7 +6,6 @@ them where a C compiler is found.
 
 import ctypes
 import math
-import subprocess
 from functools import lru_cache
 from importlib.resources import files
 from typing import Any
@@ -15,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp import toolchain
+from sgnlp.errors import MachineError, SolverError
 from sgnlp.gpis import Gpis
 
 Array = NDArray[np.float64]
@@ -106,19 +106,26 @@ def raw_jets(gpis: Gpis, uncertain: int, compiled: bool = True) -> NativeJets | 
     return NumpyJets(gpis) if loaded is None else NativeJets(loaded, gpis, uncertain)
 
 
-@lru_cache(maxsize=1)
 def library() -> ctypes.CDLL | None:
-    """The compiled library, built if it is not in the cache; None where it cannot be built or loaded."""
+    """The compiled library, built if it is not in the cache or damaged; None where it cannot be built or loaded."""
+    return attempt()[0]
+
+
+@lru_cache(maxsize=1)
+def attempt() -> tuple[ctypes.CDLL | None, str]:
+    """The compiled library, and where there is none, why, with the remedy."""
     source = files("sgnlp").joinpath(SOURCE).read_text(encoding="utf-8")
+    built = toolchain.cache_folder() / f"gpis_jets-{toolchain.fingerprint(source, *FLAGS)}.so"
     try:
-        built = toolchain.cache_folder() / f"gpis_jets-{toolchain.fingerprint(source, *FLAGS)}.so"
-        if not built.is_file():
+        if toolchain.note_of(built) is None:
             toolchain.build(built, {SOURCE: source}, FLAGS)
         loaded = ctypes.CDLL(str(built))
-    except (OSError, subprocess.SubprocessError):
-        return None
-    loaded.gpis_values.restype = loaded.gpis_derivatives.restype = None
-    return loaded
+        loaded.gpis_values.restype = loaded.gpis_derivatives.restype = None
+    except (SolverError, MachineError) as error:
+        return None, str(error)
+    except (OSError, AttributeError) as error:  # of another processor, or from where no program is run
+        return None, f"'{built}' cannot be loaded: {error}; {toolchain.ELSEWHERE}, or name another compiler in CC"
+    return loaded, ""
 
 
 def _aligned(values: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Forked processes that do not outlive the one that forked them, however that one ends."""
+"""Processes that do not outlive the one that started them, however that one ends."""
 
 import ctypes
 import multiprocessing
@@ -11,9 +11,10 @@ PR_SET_PDEATHSIG = 1
 
 
 def die_with_parent() -> None:
-    """Let the kernel kill this process when the thread that forked it ends; on Linux alone.
+    """Let the kernel kill this process when the thread that started it ends; on Linux alone.
 
-    A pool whose process is killed forks another one: whoever kills the processes of a tree one by one leaves that.
+    A pool whose process is killed forks another one: whoever kills the processes of a tree one by one leaves that. A
+    worker that waits for work would wait for ever: it holds both ends of the pipe that its parent wrote to.
     """
     if sys.platform != "linux":
         return

@@ -10,11 +10,13 @@ from concurrent.futures import TimeoutError as FutureTimeout
 from concurrent.futures import as_completed
 from dataclasses import dataclass
 from functools import lru_cache
+from multiprocessing.connection import Connection
 from typing import Any, TypeVar
 
 from pebble import CONSTS, ProcessExpired, ProcessPool
 from threadpoolctl import threadpool_limits
 
+from sgnlp import semaphores
 from sgnlp.compiled import program
 from sgnlp.ipopt import Planner, schedule
 from sgnlp.orphans import die_with_parent
@@ -57,11 +59,14 @@ def map_starts(
     """Apply a task to every start in `jobs` processes, yielding results as they come.
 
     `timeout` [s] is a start's limit; one that overruns it, or whose process dies, is a `Failure`. Leaving the
-    iteration early, by an exception too, ends every process.
+    iteration early, by an exception too, ends every process. Without semaphores one start is solved at a time.
     """
     for formulation, _ in schedule(problem.settings.solver):
         # before the fork, so that workers inherit it
         program(problem.hand, problem.structure(formulation), problem.settings.solver.compiled)
+    if semaphores.fault():
+        yield from (_apart(task, problem, start, timeout) for start in starts)
+        return
     pool = ProcessPool(
         max_workers=min(jobs, len(starts)),
         initializer=_initialise,
@@ -81,11 +86,49 @@ def _result(future: Any, start: Start, timeout: float | None) -> Any:
     try:
         return future.result()
     except FutureTimeout:
-        return Failure(start.index, f"stopped after {timeout:g} s")
+        return _stopped(start, timeout)
     except ProcessExpired as error:
-        return Failure(start.index, f"process ended with exit code {error.exitcode}")
+        return _expired(start, error.exitcode)
     except Exception as error:  # whatever went wrong in a worker is that start's failure, not the plan's
-        return Failure(start.index, f"{type(error).__name__}: {str(error).splitlines()[0] if str(error) else ''}")
+        return _failed(start, error)
+
+
+def _stopped(start: Start, timeout: float | None) -> Failure:
+    return Failure(start.index, f"stopped after {timeout:g} s")
+
+
+def _expired(start: Start, code: int | None) -> Failure:
+    return Failure(start.index, f"process ended with exit code {code}")
+
+
+def _failed(start: Start, error: Exception) -> Failure:
+    return Failure(start.index, f"{type(error).__name__}: {str(error).splitlines()[0] if str(error) else ''}")
+
+
+def _apart(task: Callable[[Planner, Start], T], problem: Problem, start: Start, timeout: float | None) -> T | Failure:
+    """The result of one start in a process forked for it, which sends it through a pipe."""
+    context = multiprocessing.get_context("fork")
+    ours, theirs = context.Pipe(duplex=False)
+    process = context.Process(target=_send, args=(theirs, task, problem, start), daemon=True)
+    process.start()
+    theirs.close()
+    try:
+        return ours.recv() if ours.poll(timeout) else _stopped(start, timeout)
+    except EOFError:
+        process.join()
+        return _expired(start, process.exitcode)
+    finally:
+        process.kill()
+        process.join()
+        ours.close()
+
+
+def _send(pipe: Connection, task: Callable[[Planner, Start], T], problem: Problem, start: Start) -> None:
+    _initialise(problem)
+    try:
+        pipe.send(_run(task, start))
+    except Exception as error:
+        pipe.send(_failed(start, error))
 
 
 def _initialise(problem: Problem) -> None:

@@ -20,22 +20,34 @@ def settings(meta: dict[str, Any]) -> Settings:
     return Settings(**{n: known[n](**value) if isinstance(value, dict) else value for n, value in values.items()})
 
 
-def source(grasps: Grasps, file: Path | None = None) -> Path:
-    """The file that was solved, or `file` in its place; raises `InputError` if it is not there."""
-    found = file or Path(grasps.meta.get("source") or "")
-    if not found.is_file():
-        said = f"'{found}' is not there" if str(found) != "." else "the result names no file"
+def source(grasps: Grasps, folder: Path, file: Path | None = None) -> Path:
+    """The file that the result in a folder was solved from, or `file` in its place.
+
+    A relative name is looked for in the folder where `sgnlp solve` was called, in the present one, and in those above
+    the result, to which it may have been moved together with the result.
+
+    Raises `InputError` if it is nowhere.
+    """
+    if file is not None:
+        named, tried = file, [file]
+    else:
+        named = Path(grasps.meta.get("source") or "")
+        places = (Path(grasps.meta.get("working_folder") or ""), Path(), *folder.absolute().parents)
+        tried = [place / named for place in places]
+    found = next((path for path in tried if path.is_file()), None)
+    if found is None:
+        said = f"'{tried[0]}' is not there" if str(named) != "." else "the result names no file"
         raise InputError(f"{said}; name its file with --object")
     return found
 
 
-def observation(grasps: Grasps, file: Path | None = None) -> Observation:
-    """The cloud that was solved, from its source or from `file`.
+def observation(grasps: Grasps, folder: Path, file: Path | None = None) -> Observation:
+    """The cloud that the result in a folder was solved from, from its source or from `file`.
 
     Raises:
         InputError: the file is missing, or it is not the cloud that was solved.
     """
-    path = source(grasps, file)
+    path = source(grasps, folder, file)
     options = dict(grasps.meta.get("reading") or {})
     if "settings" in options:
         options["settings"] = ObservationSettings(**options["settings"])
@@ -70,7 +82,7 @@ def reopen(folder: Path, file: Path | None = None, hand: str | None = None) -> R
     grasps = load_grasps(folder)
     found = load_hand(hand or grasps.meta["hand"], grasps.meta["settings"]["spheres"])
     try:
-        cloud = observation(grasps, file)
+        cloud = observation(grasps, folder, file)
     except InputError as error:
         return Reopened(grasps, found, None, None, str(error))
     return Reopened(grasps, found, cloud, problem(grasps, cloud, found))

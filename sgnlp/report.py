@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from sgnlp.energies import TERMS
@@ -15,22 +14,16 @@ from sgnlp.plan import Plan
 from sgnlp.recompute import rotation_angle
 from sgnlp.simulation import Outcome
 from sgnlp.solution import Solution
+from sgnlp.tables import Table
 
 Array = NDArray[np.float64]
 
 YES, NO = Text("yes", style="green"), Text("no", style="red")
 
 
-def _table(title: str, *columns: str) -> Table:
-    table = Table(title=title, title_justify="left", title_style="bold", header_style="bold", box=None, pad_edge=False)
-    for i, column in enumerate(columns):
-        table.add_column(column, justify="left" if i == 0 else "right")
-    return table
-
-
 def starts_table(plan: Plan) -> Table:
     """One row a start, best first; failures last."""
-    table = _table(
+    table = Table(
         "Starts, best first",
         *("start", "feasible", "margin", "ρ [N m]", "energy", "KKT", "iterations", "time [s]", "fails"),
     )
@@ -54,7 +47,7 @@ def starts_table(plan: Plan) -> Table:
 def fingers_table(plan: Plan, s: Solution) -> Table:
     """One row a finger of a grasp."""
     columns = ("gain [N/m]", "force [N]", "margin t0, eq", "gap [mm]", "±σ [mm]", "target [mm]")
-    table = _table(f"Start {s.start}, by finger", "finger", *columns)
+    table = Table(f"Start {s.start}, by finger", "finger", *columns)
     g = s.grasp
     for i, finger in enumerate(plan.problem.hand.fingers):
         table.add_row(
@@ -71,7 +64,7 @@ def fingers_table(plan: Plan, s: Solution) -> Table:
 
 def energy_table(plan: Plan, s: Solution) -> Table:
     """The exact energy of a grasp, term by term."""
-    table = _table(f"Start {s.start}, exact energy", "term", "value", "weight", "share")
+    table = Table(f"Start {s.start}, exact energy", "term", "value", "weight", "share")
     for term, w, e in zip(TERMS, plan.problem.weights(), s.energy_terms, strict=True):
         table.add_row(term.name, f"{e:.4g}", f"{w:g}", f"{w * e:.2f}")
     table.add_row("total", "", "", f"{s.energy:.2f}", style="bold")
@@ -80,7 +73,7 @@ def energy_table(plan: Plan, s: Solution) -> Table:
 
 def checks_table(s: Solution) -> Table:
     """The feasibility checks of a grasp."""
-    table = _table(f"Start {s.start}, recomputed", "check", "value", "at least", "passed")
+    table = Table(f"Start {s.start}, recomputed", "check", "value", "at least", "passed")
     for check in s.checks:
         value, least = f"{check.value:.3g} {check.unit}", f"{check.least:.3g} {check.unit}"
         table.add_row(check.name, value, least, YES if check.passed else NO)
@@ -91,7 +84,7 @@ def checks_table(s: Solution) -> Table:
 
 def violations_table(s: Solution) -> Table:
     """The constraints that a grasp does not satisfy, the worst first in the scales of the rows, and by how much."""
-    table = _table(f"Start {s.start}, not satisfied", "constraint", "value", "limit", "by")
+    table = Table(f"Start {s.start}, not satisfied", "constraint", "value", "limit", "by")
     for v in s.violations:
         factor, unit = (1e3, "mm") if v.unit == "m" else (1.0, v.unit)
         numbers = (v.value, v.limit, abs(v.value - v.limit))
@@ -135,7 +128,7 @@ def simulation_table(outcomes: Sequence[Outcome]) -> Table:
     "moved" is the object's motion before the last pad touched, "off plan" that of its equilibrium from the plan's.
     """
     columns = ("ending", "score", "strict", "rise", "slip", "pushes", "moved", "off plan")
-    table = _table("Simulated; lengths in mm", "grasp", *columns)
+    table = Table("Simulated; lengths in mm", "grasp", *columns)
     for rank, o in enumerate(outcomes):
         table.add_row(
             str(rank),
@@ -154,7 +147,7 @@ def simulation_table(outcomes: Sequence[Outcome]) -> Table:
 def touches_table(outcome: Outcome, hand: Hand, planned: Array) -> Table:
     """One row a finger of a simulated grasp; planned forces (m, 3) [N]."""
     columns = ("touches", "force", "planned", "off by", "slip closing", "lifting")
-    table = _table("First grasp, by finger; s, N and mm", "finger", *columns)
+    table = Table("First grasp, by finger; s, N and mm", "finger", *columns)
     closing, lift = outcome.closing, outcome.lift
     if closing is None:
         return table
@@ -174,7 +167,7 @@ def touches_table(outcome: Outcome, hand: Hand, planned: Array) -> Table:
 
 def hands_table(hands: list[Hand]) -> Table:
     """One row a hand."""
-    table = _table("Hands", "name", "fingers", "joints", "spheres", "wrist starts")
+    table = Table("Hands", "name", "fingers", "joints", "spheres", "wrist starts")
     for hand in hands:
         fingers = ", ".join(finger.name for finger in hand.fingers)
         counts = (len(hand.joint_names), len(hand.spheres), len(hand.wrist_starts))
@@ -184,7 +177,7 @@ def hands_table(hands: list[Hand]) -> Table:
 
 def facts_table(title: str, facts: dict[str, Any]) -> Table:
     """Names and values."""
-    table = _table(title, "name", "value")
+    table = Table(title, "name", "value")
     for name, value in facts.items():
         table.add_row(name, str(value))
     return table
@@ -192,7 +185,7 @@ def facts_table(title: str, facts: dict[str, Any]) -> Table:
 
 def rows_table(title: str, lines: list[dict[str, str]], prose: str = "") -> Table:
     """Lines of equal keys as a table; the column `prose` is text to read."""
-    table = _table(title, *lines[0])
+    table = Table(title, *lines[0])
     for column in table.columns:
         if column.header == prose:
             column.justify = "left"

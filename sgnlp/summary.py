@@ -1,6 +1,7 @@
 """A plan in plain values: what `summary.json` and the meta block of `grasps.npz` hold."""
 
 from dataclasses import asdict, fields
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ def meta(plan: Plan) -> dict[str, Any]:
     return {
         "object": observation.name,
         "source": observation.source,
+        "working_folder": str(Path.cwd()),
         "input_digest": observation.digest,
         "reading": observation.reading,
         "table_height": observation.table_height,

@@ -21,7 +21,9 @@ from typing import Any, TypeVar
 
 from threadpoolctl import threadpool_limits
 
+from sgnlp import semaphores
 from sgnlp.errors import InputError
+from sgnlp.orphans import die_with_parent
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -40,23 +42,28 @@ class Workers:
 
     The workers of a cluster read the files themselves and should have one thread each. At most `window` items should
     be submitted at a time: one a process, so that what ran when one died is known; dask's scheduler knows by itself.
+    On a machine without semaphores there is this process alone.
 
     Raises `InputError` if there is no scheduler at the address, or `distributed` is not installed.
     """
 
     def __init__(self, jobs: int, scheduler: str | None = None):
-        self.window = jobs if scheduler is None else math.inf
+        self._alone = scheduler is None and bool(semaphores.fault())
+        self.window = math.inf if scheduler is not None else 1 if self._alone else jobs
         self._client = None if scheduler is None else _client(scheduler)
         self._executor: Any = None
 
     def submit(self, function: Callable[[Item], Result], item: Item) -> "Future[Result]":
         """The result to come of a function. After `BrokenExecutor` it begins anew with `close`."""
+        if self._alone:
+            return _done(function, item)
         resource_tracker.ensure_running()  # which, when it starts, lets Ctrl-C through again
         with _uninterrupted():
             if self._executor is None and self._client:
                 self._executor = self._client.get_executor(pure=False)
             elif self._executor is None:
-                self._executor = import_module("joblib.externals.loky").ProcessPoolExecutor(self.window)
+                loky = import_module("joblib.externals.loky")
+                self._executor = loky.ProcessPoolExecutor(self.window, initializer=die_with_parent)
             return self._executor.submit(function, item)
 
     def close(self) -> None:
@@ -69,6 +76,16 @@ class Workers:
                 thread.join(FEEDING)
         if self._client:
             self._client.close()
+
+
+def _done(function: Callable[[Item], Result], item: Item) -> "Future[Result]":
+    """The result of a function that has run in this process."""
+    future: Future[Result] = Future()
+    try:
+        future.set_result(function(item))
+    except Exception as error:
+        future.set_exception(error)
+    return future
 
 
 def _client(scheduler: str) -> Any:

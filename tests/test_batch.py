@@ -20,10 +20,10 @@ from test_cli import SMALL_FLAGS, same
 from test_grasps import small_plan
 from test_workers import Here
 
-from sgnlp import load_grasps, results
+from sgnlp import exclusive, load_grasps, results
 from sgnlp.batch import Row, Task, batch, plan
 from sgnlp.cli import codes, run
-from sgnlp.errors import InputError, SolverError
+from sgnlp.errors import InputError, MachineError, SolverError
 from sgnlp.pool import Failure
 from sgnlp.summary import arrays, summary
 
@@ -321,10 +321,65 @@ def test_rows_are_written_as_objects_end_and_kept_by_an_interrupt(here, monkeypa
     assert command(*flags) == codes.INTERRUPTED
     assert capfd.readouterr() == ("", "interrupted\n")
     assert [row.name for row in read()] == ["one"]
-    assert not [path for path in Path("results").rglob("*") if path.name.startswith(".")]
+    assert {path.name for path in Path("results").rglob(".*")} == {exclusive.LOCK}
     monkeypatch.setattr(module, "solve", fake)
     assert command(*flags) == codes.FEASIBLE
     assert [(row.name, row.reused) for row in read()] == [("one", True), ("two", False)]
+
+
+def test_a_folder_with_rows_of_another_task_is_refused_and_left_as_it_is(here, capfd):
+    flags = [cloud("one"), "--starts", 2, *SMALL_FLAGS]
+    assert command(*flags) == codes.FEASIBLE
+    before = {path: path.read_bytes() for path in Path("results").rglob("*") if path.is_file()}
+    changes = {
+        "seed was 0, is 1": ("--seed", 1),
+        "hand was allegro_left, is allegro_right": ("--hand", "allegro_right"),
+        "settings.rank_by was": ("--rank-by", "energy"),
+        "scale was 1.0, is 2.0": ("--scale", 2),
+    }
+    capfd.readouterr()
+    for message, more in changes.items():
+        assert command(*flags, *more) == codes.BAD_INPUT
+        err = capfd.readouterr().err
+        assert message in err
+        assert "choose another --out" in err
+        assert {path: path.read_bytes() for path in Path("results").rglob("*") if path.is_file()} == before
+    assert command(*flags, "--timeout", 5, "--jobs", 2) == codes.FEASIBLE
+    assert command(*flags, "--seed", 1, "--out", "elsewhere") == codes.FEASIBLE
+    assert here == ["one", "one"]
+
+
+def test_a_second_batch_in_a_folder_is_refused_by_the_name_of_the_first(here, capfd):
+    flags = [cloud("one"), "--starts", 2, *SMALL_FLAGS]
+    code = (
+        "from pathlib import Path; from sgnlp.exclusive import alone; import os, time\n"
+        "with alone(Path('results/batch'), str):\n"
+        '    text = f\'{{"process": {os.getpid()}, "host": "here"}}\'\n'
+        "    Path('results/batch/made.json').write_text(text, encoding='utf-8'); time.sleep(1000)"
+    )
+    with running([sys.executable, "-c", code]) as first:
+        assert wait_for(Path("results/batch/made.json").exists)
+        assert command(*flags) == codes.BAD_INPUT
+        err = capfd.readouterr().err
+        assert f"'results/batch' is in use by another command (process {first.pid} on here)" in err
+        assert not here
+    assert command(*flags) == codes.FEASIBLE  # the first was killed
+
+
+def test_a_result_without_its_summary_is_solved_again(solved):
+    rows([cloud("one")])
+    Path("results/one/summary.json").unlink()
+    assert not rows([Path("one.npz")])["one.npz"].reused
+
+
+def test_a_full_disk_ends_a_batch_with_a_code_of_its_own(here, capfd, monkeypatch):
+    def full(*_, **__):
+        raise MachineError("no room")
+
+    monkeypatch.setattr("sgnlp.batch.results.save", full)
+    assert command(cloud("one"), cloud("two", 1), "--starts", 2, *SMALL_FLAGS) == codes.MACHINE
+    assert capfd.readouterr().err == "error: no room\n"
+    assert here == ["one"]
 
 
 def test_the_command_has_help(capfd):
@@ -376,9 +431,9 @@ def builds(monkeypatch, workplace) -> list[bool]:
 def test_the_functions_are_compiled_first_where_the_starts_that_are_left_are_worth_it(here, builds, capfd):
     one, two, flags = cloud("one"), cloud("two", 1), ["--starts", 2, *SMALL_FLAGS]
     for arguments, count in (
-        ((one, two, *flags, "--no-build"), 0),
-        ((one, two, *flags, "--solver.no-compiled"), 0),
-        ((one, *flags), 0),
+        ((one, two, *flags, "--no-build", "--out", "a"), 0),
+        ((one, two, *flags, "--solver.no-compiled", "--out", "b"), 0),
+        ((one, *flags, "--out", "c"), 0),
         ((one, two, *flags, "--seed", 1), 1),
         ((one, two, *flags, "--seed", 1), 1),  # solved before
     ):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scenes import SMALL, posed, sphere_points, surface
 
-from sgnlp import native
+from sgnlp import native, toolchain
 from sgnlp.gpis import MEAN_JET, VARIANCE_JET
 from sgnlp.kernels import KERNELS
 from sgnlp.nlp import build
@@ -73,9 +73,9 @@ def test_values_taken_elsewhere_without_variance_do_not_disturb_the_derivatives(
 @pytest.fixture
 def no_library():
     """The library forgotten before the test, and again after it."""
-    native.library.cache_clear()
+    native.attempt.cache_clear()
     yield
-    native.library.cache_clear()
+    native.attempt.cache_clear()
 
 
 def test_without_a_compiler_the_surface_is_numpys(no_library, monkeypatch):
@@ -104,7 +104,29 @@ def test_a_build_is_kept_and_found_again(library, no_library, monkeypatch, tmp_p
     assert native.library() is not None
     (built,) = tmp_path.rglob("*.so")
     before = built.stat().st_mtime_ns
-    native.library.cache_clear()
+    native.attempt.cache_clear()
     assert native.library() is not None
     assert built.stat().st_mtime_ns == before
     assert list(built.parent.iterdir()) == [built]
+
+
+@pytest.mark.parametrize(
+    "damage", [lambda b: b[: len(b) // 2], lambda b: b"", lambda b: b"x" * len(b), lambda b: b[:-1]]
+)
+def test_a_damaged_library_is_built_again_and_never_loaded(library, no_library, monkeypatch, tmp_path, damage):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert native.library() is not None
+    (built,) = tmp_path.rglob("*.so")
+    good = built.read_bytes()
+    built.unlink()  # not in place: this process has it loaded
+    built.write_bytes(damage(good))
+    native.attempt.cache_clear()
+    assert native.library() is not None
+    assert toolchain.note_of(built) == b""
+
+
+def test_why_there_is_no_library_is_told_with_what_to_do(no_library, monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setenv("CC", "no-such-compiler")
+    assert native.attempt()[1].startswith("no C compiler: $CC is 'no-such-compiler'")
+    assert "unset CC" in native.attempt()[1]

@@ -15,6 +15,11 @@ START = (
 )
 APART = "from processes import hang; from sgnlp.solvers.process import apart; apart(lambda send: hang(None, None), 1.0)"
 
+WORKER = (
+    "from processes import hang; from functools import partial; from sgnlp.workers import Workers; import time; "
+    "Workers(2).submit(partial(hang, None), None); time.sleep(1000)"
+)
+
 
 @pytest.fixture(autouse=True)
 def here(monkeypatch, tmp_path):
@@ -22,8 +27,8 @@ def here(monkeypatch, tmp_path):
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the kernel does it, on Linux")
-@pytest.mark.parametrize("work", [START, APART], ids=["start", "solver"])
-def test_what_a_process_forked_ends_when_it_is_killed(work):
+@pytest.mark.parametrize("work", [START, APART, WORKER], ids=["start", "solver", "worker"])
+def test_what_a_process_started_ends_when_it_is_killed(work):
     code = f"import sys; sys.path.insert(0, {str(TESTS)!r}); {work}"
     with running([sys.executable, "-c", code]) as process:
         assert wait_for(Path("hanging").exists)

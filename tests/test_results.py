@@ -1,10 +1,13 @@
 """Result files: what is written is read again bit for bit, whole or not at all, and never unpickled."""
 
 import csv
+import errno
 import json
 import math
 import os
 import pickle
+import shutil
+import subprocess
 import sys
 import zipfile
 from dataclasses import dataclass, fields, replace
@@ -18,7 +21,7 @@ from scenes import hand
 from test_grasps import small_plan
 
 from sgnlp import results
-from sgnlp.errors import InputError
+from sgnlp.errors import InputError, MachineError
 from sgnlp.grasps import Grasps, stack
 from sgnlp.summary import arrays, summary
 
@@ -132,15 +135,79 @@ def test_an_end_in_the_middle_of_writing_leaves_the_old_result_and_nothing_else(
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
 
 
-def test_a_full_disk_is_an_input_error_and_leaves_nothing(grasps, tmp_path, monkeypatch):
-    def full(handle, mode):
+@pytest.mark.parametrize("room", [0, 1], ids=["nothing", "the_grasps"])
+def test_a_full_disk_is_the_machines_error_and_changes_nothing(grasps, tmp_path, monkeypatch, room):
+    results.save(grasps, {"old": True}, tmp_path / "old")
+    before = (tmp_path / "old" / results.GRASPS).read_bytes()
+    opened = []
+
+    def full(handle, mode, fdopen=os.fdopen):
+        opened.append(handle)
+        if (len(opened) - 1) % (room + 1) < room:
+            return fdopen(handle, mode)
         os.close(handle)
         return open("/dev/full", mode)
 
     monkeypatch.setattr(os, "fdopen", full)
-    with pytest.raises(InputError, match=r"grasps\.npz' cannot be written: No space left on device"):
-        results.save(grasps, {}, tmp_path)
+    name = [results.GRASPS, results.SUMMARY][room]
+    for folder in ("old", "new/deep"):
+        with pytest.raises(MachineError, match=rf"{name}' cannot be written: No space left on device"):
+            results.save(replace(grasps, meta={}), {"old": False}, tmp_path / folder)
+    assert files(tmp_path) == ["grasps.npz", "old", "summary.json"]
+    assert (tmp_path / "old" / results.GRASPS).read_bytes() == before
+
+
+@pytest.mark.parametrize("error", [errno.ENOSPC, errno.EDQUOT, errno.EMFILE, errno.EIO])
+def test_what_is_the_machines_is_told_from_what_is_the_folders(tmp_path, monkeypatch, error):
+    def fails(**_):
+        raise OSError(error, os.strerror(error))
+
+    monkeypatch.setattr("tempfile.mkstemp", fails)
+    with pytest.raises(MachineError, match="cannot be written"):
+        results.write_text(tmp_path / "new" / "text", "text")
     assert not files(tmp_path)
+
+
+def in_a_small_disk(folder: Path, size: str, code: str) -> subprocess.CompletedProcess[str]:
+    """What Python says in a folder that is a disk of its own; skips where none can be mounted."""
+    mount = f"mount -t tmpfs -o size={size} none . && cd . && "
+    can = shutil.which("unshare") and subprocess.run(["unshare", "-m", "sh", "-c", mount + "true"], cwd=folder)
+    if not can or can.returncode:
+        pytest.skip("a disk cannot be mounted")
+    command = ["unshare", "-m", "sh", "-c", f'{mount}cd "$PWD" && exec "$0" -c "$1"', sys.executable, code]
+    return subprocess.run(command, cwd=folder, capture_output=True, encoding="utf-8")
+
+
+def test_on_a_disk_that_is_really_full_the_old_files_stay(tmp_path):
+    code = """
+import os, pathlib
+from sgnlp import errors, results
+results.write_files(pathlib.Path("r"), {"a": b"old", "b": b"old"})
+try:
+    results.write_files(pathlib.Path("r"), {"a": b"new", "b": bytes(10**6)})
+except errors.MachineError as error:
+    print(error, sorted(os.listdir("r")), open("r/a").read())
+"""
+    done = in_a_small_disk(tmp_path, "64k", code)
+    assert done.stdout == "'r/b' cannot be written: No space left on device ['a', 'b'] old\n", done.stderr
+
+
+def test_a_summary_of_other_grasps_is_not_read(tmp_path):
+    plan = small_plan()
+    results.save(arrays(plan), summary(plan), tmp_path)
+    assert results.load_summary(tmp_path, arrays(plan))["notes"] == list(plan.observation.notes)
+    other = replace(plan, seconds={"fit": 1.0, "solve": 2.0})
+    with pytest.raises(InputError, match="not the summary of the grasps"):
+        results.load_summary(tmp_path, arrays(other))
+    (tmp_path / results.SUMMARY).unlink()
+    with pytest.raises(InputError, match="is missing"):
+        results.load_summary(tmp_path, arrays(plan))
+
+
+def test_a_name_with_a_byte_that_is_no_text_is_written_and_read_again(tmp_path):
+    lines = [Line(os.fsdecode(b"\xff"), 1, 0.5, True)]
+    results.write_rows(tmp_path / "rows.csv", lines)
+    assert results.read_rows(tmp_path / "rows.csv", Line) == lines
 
 
 def test_a_folder_is_found_writable_without_making_it(tmp_path):

@@ -1,5 +1,6 @@
 """Worker processes that die: nothing is lost but the item that is to blame."""
 
+import math
 import os
 import signal
 import time
@@ -48,6 +49,15 @@ def test_an_item_that_kills_its_worker_fails_alone_and_nothing_is_lost(tmp_path,
     finally:
         workers.close()
     assert found == {i: i**2 for i in range(9)} | {3: "its worker process died twice"}
+
+
+def test_without_semaphores_everything_is_done_in_this_process(monkeypatch):
+    monkeypatch.setattr("sgnlp.semaphores.fault", lambda: "none here")
+    workers = Workers(4)
+    assert workers.window == 1
+    assert dict(each(lambda item: (item, os.getpid()), range(3), workers)) == {i: (i, os.getpid()) for i in range(3)}
+    assert dict(each(math.sqrt, [-1.0], workers)) == {-1.0: "ValueError: math domain error"}
+    workers.close()
 
 
 class Mortal(Here):

@@ -6,7 +6,6 @@ a quarter of a second.
 
 import argparse
 import operator
-import os
 import sys
 from functools import reduce
 from importlib import import_module
@@ -17,9 +16,9 @@ from rich.console import Console
 from rich.text import Text
 
 from sgnlp import __version__
-from sgnlp.cli import codes, interrupts
+from sgnlp.cli import codes, interrupts, streams
 from sgnlp.cli.flags import beginning
-from sgnlp.errors import SgnlpError
+from sgnlp.errors import MachineError, SgnlpError, gives_out
 from sgnlp.presets import PRESETS, VARIANTS
 
 COMMANDS = (
@@ -69,6 +68,7 @@ def _preset(arguments: list[str]) -> str:
 
 def main(arguments: list[str] | None = None) -> None:
     """Entry point of the command `sgnlp`."""
+    streams.steady()
     code = run(sys.argv[1:] if arguments is None else arguments)
     if code == codes.INTERRUPTED:
         interrupts.silence()
@@ -81,17 +81,16 @@ def run(arguments: list[str]) -> int:
     with interrupts.listening():
         try:
             return _command(arguments, console)
-        except SgnlpError as error:
-            errors.print(Text.assemble(("error:", "red"), f" {error}"), soft_wrap=True)
-            return codes.BAD_INPUT
-        except KeyboardInterrupt:
-            errors.print("interrupted")
-            return codes.INTERRUPTED
-        except BrokenPipeError:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for the flush at the end of Python
-            return codes.BROKEN_PIPE
-        except SystemExit as exit_:
-            return codes.USAGE if exit_.code not in (0, None) else 0
+        except BaseException as error:
+            code, text = _told(error)
+            try:
+                if text:
+                    errors.print(text, soft_wrap=True)
+            except OSError:  # there is nobody to tell
+                streams.lost(sys.stderr)
+            if code is None:
+                raise
+            return code
 
 
 def _command(arguments: list[str], console: Console) -> int:
@@ -99,11 +98,51 @@ def _command(arguments: list[str], console: Console) -> int:
         console.print(__version__)
         return 0
     try:
-        code = int(_parsed(arguments).run(console))
-        sys.stdout.flush()
-        return code
+        return int(_parsed(arguments).run(console))
     finally:
         interrupts.check()
+        _flush()
+
+
+def _flush() -> None:
+    """Send what is printed on its way, where it still can be heard that it does not arrive."""
+    if sys.stdout is None:
+        return
+    try:
+        sys.stdout.flush()
+    except OSError as error:
+        streams.lost(sys.stdout)
+        if isinstance(error, BrokenPipeError):
+            raise
+        raise MachineError(f"the output cannot be written: {error.strerror}") from None
+
+
+def _told(error: BaseException) -> tuple[int | None, Text | str]:
+    """The exit code of an error and what is said of it; none for a fault of the program, whose traceback helps."""
+
+    def line(text: object) -> Text:
+        return Text.assemble(("error:", "red"), f" {text}")
+
+    if isinstance(error, SystemExit):
+        return (codes.USAGE if error.code not in (0, None) else 0), ""
+    if isinstance(error, KeyboardInterrupt):
+        return codes.INTERRUPTED, "interrupted"
+    if isinstance(error, BrokenPipeError):
+        streams.lost(sys.stdout)
+        return codes.BROKEN_PIPE, ""
+    if isinstance(error, MachineError):
+        return codes.MACHINE, line(error)
+    if isinstance(error, SgnlpError):
+        return codes.BAD_INPUT, line(error)
+    if isinstance(error, OSError):
+        where = f"'{error.filename}': " if error.filename else ""
+        said = error.strerror or str(error) or type(error).__name__
+        return (codes.MACHINE if gives_out(error) else codes.BAD_INPUT), line(where + said)
+    if isinstance(error, MemoryError) or "bad_alloc" in str(error):
+        return codes.MACHINE, line("there is no more memory; a limit may be set (ulimit -v), or fewer --jobs help")
+    if isinstance(error, RuntimeError) and "start new thread" in str(error):
+        return codes.MACHINE, line("there can be no more processes; a limit may be set (ulimit -u)")
+    return None, ""
 
 
 class _Console(Console):
@@ -111,6 +150,10 @@ class _Console(Console):
 
     def __init__(self, stderr: bool = False):
         super().__init__(stderr=stderr, markup=False, emoji=False, highlight=False)
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        """The text with stand-ins for what the output cannot encode."""
+        return super().render_str(streams.plain(text, self.encoding), **options)
 
     def on_broken_pipe(self) -> None:
         """Rich would end the process."""

@@ -2,23 +2,25 @@
 
 import json
 import os
+import platform
 import time
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import tyro
 from rich.console import Console
 
 from sgnlp import report, results
 from sgnlp.batch import Row, Task, batch
-from sgnlp.cli import codes, compiling
-from sgnlp.cli.flags import Observing, Tabling, made
+from sgnlp.cli import codes, compiling, lacks
+from sgnlp.cli.flags import ROWS, Observing, Tabling, made
 from sgnlp.cli.progress import Bar, bars
-from sgnlp.errors import InputError, SolverError
+from sgnlp.errors import InputError, MachineError, SolverError
+from sgnlp.exclusive import alone
 from sgnlp.hand import Hand, available_hands, load_hand
 from sgnlp.workers import Workers
 
@@ -53,7 +55,21 @@ class Batch(Tabling, Observing):
         results.writable(self.results)
         results.writable(out)
         workers = self._workers()
-        results.write_text(out / MADE, self._made())
+        with alone(out, partial(_holder, out / MADE)):
+            made = self._made(hand)
+            if (out / ROWS).is_file():
+                made = results.resumed(out / MADE, made)
+            results.write_text(out / MADE, results.json_text(made))
+            rows = self._rows(console, files, out, hand, workers)
+        _show(console, list(rows.values()), time.perf_counter() - begin)
+        console.print(f"written: {', '.join(str(out / name) for name in (*self.tables, MADE))}", soft_wrap=True)
+        return codes.FEASIBLE if all(row.feasible for row in rows.values()) else codes.NONE_FEASIBLE
+
+    def _rows(
+        self, console: Console, files: Sequence[Path], out: Path, hand: Hand, workers: Workers
+    ) -> dict[Path, Row]:
+        """The row of every file, written as they come."""
+        lacks.tell(console)
         rows: dict[Path, Row] = {}
         with bars(console) as bar:
             read, solved = bar("reading", len(files)), bar("solving", len(files))
@@ -64,9 +80,7 @@ class Batch(Tabling, Observing):
                     rows[Path(row.file)] = row
                     self.write(out, [rows[file] for file in files if file in rows])
                     solved.advance(row)
-        _show(console, [rows[file] for file in files], time.perf_counter() - begin)
-        console.print(f"written: {', '.join(str(out / name) for name in (*self.tables, MADE))}", soft_wrap=True)
-        return codes.FEASIBLE if all(row.feasible for row in rows.values()) else codes.NONE_FEASIBLE
+        return {file: rows[file] for file in files}
 
     def _prepare(self, console: Console, bar: Callable[[str, int | None], Bar], hand: Hand, objects: int) -> None:
         """Compile first, where that pays; the machines of a cluster have caches of their own."""
@@ -75,7 +89,7 @@ class Batch(Tabling, Observing):
         console.print("Compiling the functions first, once for all objects (--no-build leaves them interpreted).")
         try:
             compiling.build(hand, self.settings, self.jobs, bar)
-        except SolverError as error:
+        except (SolverError, MachineError) as error:
             console.print(f"The functions stay interpreted: {error}", soft_wrap=True)
 
     def _task(self) -> Task:
@@ -97,10 +111,24 @@ class Batch(Tabling, Observing):
             raise InputError("--backend dask and --scheduler ADDRESS go together")
         return Workers(self.jobs, self.scheduler)
 
-    def _made(self) -> str:
-        """How the rows were made."""
+    def _made(self, hand: Hand) -> dict[str, Any]:
+        """How the rows are made, and by which process; `study` is what they depend on beside the clouds."""
         flags = {key: value for key, value in asdict(self).items() if key != "files"}
-        return results.json_text(made(batch=json.loads(json.dumps(flags, default=str))))
+        study = {
+            key: flags[key] for key in ("seed", "starts", "views", "scale", "table_height", "cleaning", "settings")
+        }
+        process = {"process": os.getpid(), "host": platform.node()}
+        plain = json.loads(json.dumps({"batch": flags, "study": {"hand": hand.name} | study}, default=str))
+        return made(**process, **plain)
+
+
+def _holder(file: Path) -> str:
+    """The process that writes the rows in a folder, from how they are made."""
+    try:
+        told = json.loads(file.read_text(encoding="utf-8"))
+        return f"process {told['process']} on {told['host']}"
+    except (OSError, ValueError, KeyError, TypeError):
+        return "which begins"
 
 
 def _show(console: Console, rows: Sequence[Row], seconds: float) -> None:

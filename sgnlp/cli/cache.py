@@ -32,8 +32,7 @@ class Cache(Planning):
     def run(self, console: Console) -> int:
         """Clear, then build, then show."""
         if self.clear:
-            for file in toolchain.entries():
-                file.unlink(missing_ok=True)
+            toolchain.clear()
         if self.build:
             with bars(console) as bar:
                 compiling.build(load_hand(self.hand, self.settings.spheres), self.settings, self.jobs, bar)

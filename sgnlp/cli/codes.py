@@ -8,6 +8,8 @@ USAGE = 2
 """The flags are wrong."""
 BAD_INPUT = 3
 """A file, name or value is wrong."""
+MACHINE = 4
+"""The machine gives out: a full disk, no more memory, processes or open files. Nothing is left half-written."""
 INTERRUPTED = 130
 """Ended by Ctrl-C."""
 BROKEN_PIPE = 141

@@ -12,7 +12,7 @@ from rich.console import Console
 
 from sgnlp import plots, report, results, solvers
 from sgnlp.checked import POSITIVE, Interval
-from sgnlp.cli import codes, compiling
+from sgnlp.cli import codes, compiling, lacks
 from sgnlp.cli.flags import ROWS, Starting, Tabling, made
 from sgnlp.cli.progress import Bar, bars
 from sgnlp.compare import carried, page
@@ -89,6 +89,7 @@ class Compare(Tabling, Starting):
         inputs = {observation.name: observation.digest for observation in observations}
         how = results.resumed(self.out / MADE, made(study=self._facts(), inputs=inputs))
         results.read_rows(self.out / ROWS, Row)
+        lacks.tell(console)
         with bars(console) as bar:
             if self.settings.solver.compiled:
                 for formulation in self.formulations:

@@ -8,9 +8,9 @@ from typing import Any
 
 from rich.console import Console
 
-from sgnlp import compiled
+from sgnlp import compiled, native, toolchain
 from sgnlp.cli.progress import Bar
-from sgnlp.errors import SolverError
+from sgnlp.errors import MachineError, SolverError
 from sgnlp.hand import Hand
 from sgnlp.ipopt import schedule
 from sgnlp.settings import Settings
@@ -27,13 +27,14 @@ def build(hand: Hand, settings: Settings, jobs: int, bar: Callable[[str, int | N
 
     Raises:
         SolverError: there is no compiler, it fails, or the cache cannot be written.
+        MachineError: there is no room for it.
     """
     for formulation, _ in schedule(settings.solver):
         progress = bar(f"compiling {formulation}", None).move
         try:
             compiled.compile_program(hand, structure(settings, formulation), jobs, progress)
-        except (OSError, subprocess.SubprocessError) as error:
-            raise SolverError(f"cannot compile: {error}") from None
+        except (SolverError, MachineError) as error:
+            raise type(error)(f"cannot compile: {error}") from None
 
 
 def worthwhile(hand: Hand, settings: Settings, starts: int) -> bool:
@@ -45,21 +46,22 @@ def missing(hand: Hand, settings: Settings) -> bool:
     """Whether a formulation of the settings is not in the cache, though compiled functions are wanted."""
     formulations = [formulation for formulation, _ in schedule(settings.solver)]
     paths = [compiled.path(hand, structure(settings, formulation)) for formulation in formulations]
-    return settings.solver.compiled and not all(path.is_file() for path in paths)
+    return settings.solver.compiled and not all(map(compiled.built, paths))
 
 
 def offer(console: Console, hand: Hand, name: str, settings: Settings) -> None:
     """Tell that the functions were interpreted; on a terminal, compile them in the background for the next run."""
     if not missing(hand, settings):
         return
-    if not compiled.can_compile():
-        text = "No C compiler was found: the functions are interpreted, which takes about twice as long."
-        console.print(text, soft_wrap=True)
+    if not compiled.can_compile() or native.library() is None:
+        why = toolchain.cache_fault() or toolchain.compiler_fault() or native.attempt()[1]
+        console.print(f"The functions are interpreted, which takes about twice as long: {why}", soft_wrap=True)
         return
     command = ["cache", "--build", *_flags(name, settings)]
     if not console.is_terminal:
         console.print(
-            f"The functions are interpreted; 'sgnlp {' '.join(command)}' compiles them, once for all objects."
+            f"The functions are interpreted; 'sgnlp {' '.join(command)}' compiles them, once for all objects.",
+            soft_wrap=True,
         )
         return
     subprocess.Popen(

@@ -1,16 +1,17 @@
 """`sgnlp doctor`: what runs here."""
 
+import shlex
 from dataclasses import dataclass
 from typing import Any
 
 from rich.console import Console
 
-from sgnlp import environment, report
+from sgnlp import environment, native, report, semaphores, toolchain
 
 
 @dataclass
 class Doctor:
-    """Show versions, the solvers found, and which forward kinematics runs."""
+    """Show versions, the solvers found, what evaluates, and what the machine lacks, with the remedy."""
 
     def run(self, console: Console) -> int:
         """One block a question."""
@@ -20,9 +21,23 @@ class Doctor:
             "solvers": {name: "found" if found else "missing" for name, found in environment.solvers().items()},
             "evaluated by": {
                 "forward kinematics": environment.kinematics_backend(),
-                "surface": environment.surface_backend(),
+                "surface": "NumPy" if native.library() is None else "compiled C",
             },
         }
         for title, rows in facts.items():
             console.print(report.facts_table(title, rows))
+        for name, told in _machine().items():
+            console.print(f"{name}: {told}", soft_wrap=True)
         return 0
+
+
+def _machine() -> dict[str, str]:
+    """What compiling and several processes need: where it is, or what is the matter and what to do about it."""
+    fault = toolchain.compiler_fault() or toolchain.cache_fault() or native.attempt()[1]
+    passed = toolchain.passed_over()
+    facts = {
+        "C compiler": toolchain.compiler_fault() or shlex.join(toolchain.compiler() or ()),
+        "cache": toolchain.cache_fault() or f"{toolchain.cache_folder()}{f' ({passed})' if passed else ''}",
+        "worker processes": semaphores.fault() or "as many as --jobs asks for",
+    }
+    return facts | ({"surface in NumPy": fault} if native.library() is None else {})

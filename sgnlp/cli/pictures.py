@@ -1,5 +1,6 @@
 """Pictures of a simulated grasp, drawn without a screen."""
 
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp import palette
+from sgnlp import palette, results
 from sgnlp.hand import Hand
 from sgnlp.kinematics import frames
 from sgnlp.scene_camera import ball, distance
@@ -53,8 +54,10 @@ def draw(
 
     files = []
     for phase, image in images(command, body, hand, settings, outcome.trace, SIZE).items():
+        content = io.BytesIO()
+        Image.fromarray(titled(image, title, told(phase, settings, outcome), hand)).save(content, "PNG")
         files.append(folder / f"simulation-{phase}.png")
-        Image.fromarray(titled(image, title, told(phase, settings, outcome), hand)).save(files[-1])
+        results.write_bytes(files[-1], content.getvalue())
     return files
 
 

@@ -54,23 +54,14 @@ def write(folder: Path, file: Path | None = None, hand: str | None = None) -> li
     drawable()
     result = refit.reopen(folder, file, hand)
     folder = folder if folder.is_dir() else folder.parent
-    summary = _summary(folder / results.SUMMARY)
+    summary = results.load_summary(folder, result.grasps)
     command = again.command(result.grasps.meta, folder)
     report = dossier.dossier(result, summary, _courses(folder / results.COURSES), command, _simulated(folder))
     text, pictures = dossier.markdown(report)
-    for name, content in pictures.items():
-        results.write_bytes(folder / name, content)
-    results.write_text(folder / MARKDOWN, text)
-    results.write_text(folder / HTML, dossier.html(report))
+    results.write_files(
+        folder, pictures | {MARKDOWN: results.encoded(text), HTML: results.encoded(dossier.html(report))}
+    )
     return [folder / HTML, folder / MARKDOWN]
-
-
-def _summary(file: Path) -> dict[str, Any]:
-    try:
-        summary = json.loads(file.read_text(encoding="utf-8"))
-        return {name: summary[name] for name in (*summary, "starts_table", "best", "notes")}
-    except (OSError, ValueError, KeyError, TypeError):
-        raise InputError(f"'{file}' is missing, or not the summary of a result") from None
 
 
 def _courses(file: Path) -> dict[str, Any]:

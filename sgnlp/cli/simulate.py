@@ -48,7 +48,7 @@ class Simulate:
         _require_mujoco()
         grasps = results.load_grasps(self.folder)
         hand = load_hand(self.hand or grasps.meta["hand"], grasps.meta["settings"]["spheres"])
-        source = refit.source(grasps, self.object)
+        source = refit.source(grasps, self.folder, self.object)
         seen = load(source, scale=self.scale)
         thing, settings, ranks = true_body(seen), self._loaded(seen), self._ranks(grasps)
         outcomes = []

@@ -9,7 +9,7 @@ import tyro
 from rich.console import Console
 
 from sgnlp import report, results
-from sgnlp.cli import codes, compiling
+from sgnlp.cli import codes, compiling, lacks
 from sgnlp.cli.flags import Observing
 from sgnlp.cli.progress import starts_bar
 from sgnlp.hand import load_hand
@@ -78,6 +78,7 @@ def _show(console: Console, plan: Plan, files: list[Path], hand: str) -> None:
         console.print()
     for line in report.pose_lines(plan, plan.solutions[0]) if plan.solutions else []:
         console.print(line, soft_wrap=True)
+    lacks.tell(console)
     compiling.offer(console, plan.problem.hand, hand, plan.problem.settings)
     console.print(report.headline(plan))
     console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from sgnlp import plots, report, results, studies
 from sgnlp.checked import POSITIVE, Interval
-from sgnlp.cli import codes, failures, pictures
+from sgnlp.cli import codes, failures, lacks, pictures
 from sgnlp.cli.flags import ROWS, Starting, Tabling, made
 from sgnlp.cli.progress import bars
 from sgnlp.errors import InputError
@@ -98,6 +98,7 @@ class Study(Tabling, Starting):
     def _rows(
         self, console: Console, study: studies.Study, cases: list[Case], folder: Path
     ) -> tuple[list[Any], dict[str, str]]:
+        lacks.tell(console)
         with closing(Workers(1 if study.alone else self.jobs)) as workers, bars(console) as bar:
             return collect(study.row, cases, folder / ROWS, workers, bar(self.name, len(cases)).move)
 

@@ -29,10 +29,20 @@ def pieces(body: Body, error: float) -> list[Array]:
     if body.volume > CONVEX_SHARE * hull.volume:
         return [body.vertices[hull.vertices]]
     file = cache_folder() / f"pieces-{body.digest[:24]}-{error:g}.npz"
-    if not file.is_file():
-        _save(file, _decompose(body, error))
-    with np.load(file, allow_pickle=False) as data:
-        return [data[name] for name in data]
+    found = _load(file)
+    if not found:
+        found = _decompose(body, error)
+        _save(file, found)
+    return found
+
+
+def _load(file: Path) -> list[Array]:
+    """The pieces in a file; none where it is missing or damaged."""
+    try:
+        with np.load(file, allow_pickle=False) as data:
+            return [data[name] for name in data]
+    except Exception:  # a damaged archive can raise almost anything
+        return []
 
 
 def _decompose(body: Body, error: float) -> list[Array]:
@@ -45,10 +55,16 @@ def _decompose(body: Body, error: float) -> list[Array]:
 
 
 def _save(file: Path, parts: list[Array]) -> None:
-    """Whole or not at all: another process may decompose the same body."""
-    file.parent.mkdir(parents=True, exist_ok=True)
+    """Whole or not at all, for another process may decompose the same body; not at all where the cache is no use."""
     content = io.BytesIO()
     np.savez_compressed(content, **{f"{i:03d}": part for i, part in enumerate(parts)})  # type: ignore[arg-type]
-    with tempfile.NamedTemporaryFile(dir=file.parent, delete=False) as handle:
-        handle.write(content.getvalue())
-    os.replace(handle.name, file)
+    name = ""
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=file.parent)
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(content.getvalue())
+        os.replace(name, file)
+    except OSError:
+        if name:
+            Path(name).unlink(missing_ok=True)

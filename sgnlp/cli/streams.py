@@ -1,0 +1,78 @@
+"""Standard streams that take every character and are always there, whatever encoding and shell the command has."""
+
+import codecs
+import os
+import sys
+from typing import Any
+
+PLAIN = {
+    "ρ": "rho", "σ": "sigma", "μ": "mu", "µ": "u", "ε": "eps", "τ": "tau", "π": "pi", "Σ": "Sum", "∇": "grad",
+    "√": "sqrt", "∞": "inf", "±": "+-", "≤": "<=", "≥": ">=", "≠": "!=", "≈": "~", "−": "-", "–": "-", "—": "-",
+    "×": "x", "·": "*", "→": "->", "⊕": "+", "°": " deg", "²": "^2", "³": "^3", "½": "1/2", "é": "e", "…": "...",
+    "‘": "'", "’": "'", "“": '"', "”": '"', "•": "*", "\u00a0": " ", "₀": "0", "ₓ": "x", "‖": "|", "ᵀ": "^T",
+    "─": "-", "━": "-", "│": "|", "┃": "|", "╭": "+", "╮": "+", "╰": "+", "╯": "+", "├": "+", "└": "+",
+}  # fmt: skip
+"""What stands for a character that the output cannot encode; for any other a question mark."""
+HANDLER = "sgnlp.plain"
+FRAGILE = ("strict", "surrogateescape", "backslashreplace")
+"""Ways to treat what cannot be encoded that end a command, or show numbers in the place of signs."""
+
+
+def plain(text: str, encoding: str) -> str:
+    """A text with stand-ins for what an encoding lacks; before it is laid out, for they may be longer."""
+    try:
+        text.encode(encoding)
+    except UnicodeEncodeError:
+        return "".join(c if _encodes(c, encoding) else _stand_in(c) for c in text)
+    except LookupError:
+        pass
+    return text
+
+
+def steady() -> None:
+    """Open what the shell has closed, and let no character end the command."""
+    for number in (0, 1, 2):  # else the next file that is opened gets what libraries print
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)
+    codecs.register_error(HANDLER, _replaced)
+    for name, number in (("stdout", 1), ("stderr", 2)):
+        stream: Any = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, os.fdopen(os.dup(number), "w", encoding="utf-8", errors=HANDLER))
+        elif getattr(stream, "errors", None) in FRAGILE and hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors=HANDLER)
+
+
+def lost(stream: Any) -> None:
+    """Nobody reads a stream any more, or it has no room: let the flush at the end of Python succeed."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nowhere, stream.fileno())
+    except (OSError, ValueError):
+        pass
+    finally:
+        os.close(nowhere)
+
+
+def _replaced(error: UnicodeError) -> tuple[str | bytes, int]:
+    """The handler of codecs: a byte of a file's name is itself again, a sign its stand-in."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    character = error.object[error.start]
+    if "\udc80" <= character <= "\udcff":
+        return bytes([ord(character) & 0xFF]), error.start + 1
+    return _stand_in(character), error.start + 1
+
+
+def _stand_in(character: str) -> str:
+    return character if "\udc80" <= character <= "\udcff" else PLAIN.get(character, "?")
+
+
+def _encodes(character: str, encoding: str) -> bool:
+    try:
+        character.encode(encoding)
+    except UnicodeEncodeError:
+        return False
+    return True

@@ -1,0 +1,15 @@
+"""Whether this machine gives the semaphores that pools of processes need; some containers do not."""
+
+import multiprocessing
+from functools import lru_cache
+
+
+@lru_cache(maxsize=1)
+def fault() -> str:
+    """Why there are no semaphores, with the remedy; "" if there are."""
+    try:
+        multiprocessing.get_context("fork").Lock()
+    except (OSError, ImportError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        return f"this machine gives no semaphores ({reason}); /dev/shm must be there and writable for more"
+    return ""
