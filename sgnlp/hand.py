@@ -18,6 +18,7 @@ from sgnlp import handfile
 from sgnlp.errors import InputError, unknown
 from sgnlp.handfile import Finger, Sphere, WristStart
 from sgnlp.handmodel import Mimic, joint_model, mimics, own_joints, urdf_file
+from sgnlp.handurdf import description
 from sgnlp.nodes import Array, frozen
 
 HAND_FILE = "hand.yaml"
@@ -29,6 +30,8 @@ class Hand:
 
     name: str
     urdf: Path
+    description: str
+    """The URDF as Pinocchio and MuJoCo read it, by `sgnlp.handurdf`."""
     model: pin.Model
     """The tree of joints with the root link fixed at the origin (no free flyer)."""
     root: str
@@ -102,7 +105,8 @@ def _library() -> Path:
 
 def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
     urdf = urdf_file(data["urdf"], file.parent)
-    model = joint_model(urdf, data["root"])
+    described = description(urdf)
+    model = joint_model(described, data["root"])
     names = own_joints(model)
     fingers = handfile.fingers(data["fingers"], model)
     finger_names = [finger.name for finger in fingers]
@@ -112,6 +116,7 @@ def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
     return Hand(
         name=str(data["name"]),
         urdf=urdf,
+        description=described,
         model=model,
         root=data["root"],
         joint_names=names,

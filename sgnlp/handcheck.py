@@ -17,6 +17,7 @@ from sgnlp import handfile, handgeometry
 from sgnlp.errors import InputError
 from sgnlp.hand import HAND_FILE, Hand, load_hand
 from sgnlp.handmodel import joint_model, mimics, own_joints, urdf_file
+from sgnlp.handurdf import description
 from sgnlp.nodes import Array, any_mapping, frozen, sequence
 
 Verdict = Literal["ok", "look", "wrong"]
@@ -103,10 +104,12 @@ class _Reading:
         self.part("wrist", "a start or more", lambda: handfile.wrist_starts(data["wrist"]), _count("starts"))
         place = "a file beside this one, or the path of one in a package"
         urdf = self.part("URDF", place, lambda: urdf_file(data["urdf"], self.folder), lambda u: u.name)
-        model = urdf and self.part(
+        valid = "one tree of links, finite numbers, meshes that are there"
+        described = urdf and self.part("links", valid, lambda: description(urdf), lambda d: f"{d.count('<link ')} links")
+        model = described and self.part(
             "joints",
-            "revolute or prismatic, finite limits, the root link as named",
-            lambda: joint_model(urdf, data["root"]),
+            "the root link as named, limits that leave those of mimic joints",
+            lambda: joint_model(described, data["root"]),
             lambda m: f"{len(own_joints(m))} under '{data['root']}', {len(mimics(m))} more mimic one of them",
         )
         if model:

@@ -19,23 +19,28 @@ BALL_POINTS, SIDES = 100, 24
 
 @functools.lru_cache(maxsize=4)
 def _geometry(hand: Hand) -> pin.GeometryModel:
-    """What the URDF shows; `package://NAME/` is any folder above the URDF."""
-    folders = [str(folder) for folder in hand.urdf.parents]
+    """What the URDF shows."""
     try:
-        model = pin.buildGeomFromUrdf(hand.model, str(hand.urdf), pin.GeometryType.VISUAL, package_dirs=folders)
+        model = pin.buildGeomFromUrdfString(hand.model, hand.description, pin.GeometryType.VISUAL, package_dirs=[])
     except (ValueError, RuntimeError) as error:
-        raise InputError(f"a mesh of {hand.urdf.name} cannot be read: {' '.join(str(error).split())}") from None
+        told = str(error).partition("message:")[2] or str(error)  # of the library's text, what is no place in its source
+        raise InputError(f"a mesh of {hand.urdf.name} cannot be read: {' '.join(told.split())}") from None
     for shown in list(model.geometryObjects):
-        if _mesh(shown.geometry) is None:
+        mesh = _mesh(shown)
+        if mesh is None:
             model.removeGeometryObject(shown.name)
+        elif not len(mesh.faces) or not np.isfinite(mesh.vertices).all():
+            fault = "has vertices that are not finite" if len(mesh.faces) else "has no triangles"
+            raise InputError(f"the mesh {shown.meshPath} of {hand.urdf.name} {fault}; export it again")
     return model
 
 
-def _mesh(shape: Any) -> Mesh | None:
+def _mesh(shown: pin.GeometryObject) -> Mesh | None:
     """A geometry of Pinocchio as a mesh; None for what no URDF has."""
+    shape: Any = shown.geometry
     if hasattr(shape, "tri_indices"):
-        faces = np.array([[t[0], t[1], t[2]] for t in map(shape.tri_indices, range(shape.num_tris))])
-        return Mesh(np.array(shape.vertices()), faces)
+        faces = np.array([[t[0], t[1], t[2]] for t in map(shape.tri_indices, range(shape.num_tris))], int).reshape(-1, 3)
+        return Mesh(np.array(shape.vertices()), faces[:, ::-1] if np.prod(shown.meshScale) < 0 else faces)
     if hasattr(shape, "halfSide"):
         return box(2 * np.array(shape.halfSide))
     if hasattr(shape, "halfLength"):
@@ -54,12 +59,17 @@ def link_meshes(hand: Hand) -> tuple[list[Mesh], list[tuple[float, float, float]
     """
     meshes, colours = [], []
     for shown in _geometry(hand).geometryObjects:
-        mesh = _mesh(shown.geometry)
+        mesh = _mesh(shown)
         assert mesh is not None  # the others were removed
         meshes.append(mesh)
         red, green, blue, _ = map(float, shown.meshColor)
         colours.append((red, green, blue))
     return meshes, colours
+
+
+def mesh_files(hand: Hand) -> list[tuple[str, tuple[float, ...]]]:
+    """Of the L meshes, the path of the file, "" for a solid of the URDF's own, and the scale that it is read with."""
+    return [(shown.meshPath, tuple(map(float, shown.meshScale))) for shown in _geometry(hand).geometryObjects]
 
 
 def mesh_links(hand: Hand) -> list[str]:

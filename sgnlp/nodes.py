@@ -1,5 +1,6 @@
 """Nodes of a YAML tree read as mappings, lists and arrays, with one-line errors that name the place."""
 
+import difflib
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
@@ -10,13 +11,24 @@ from sgnlp.errors import InputError, unknown
 
 Array = NDArray[np.float64]
 
+LISTED = 12
+"""Valid names that are listed at most; of more, the nearest ones are."""
+
+
+def unknown_name(kind: str, name: str, valid: Collection[str]) -> InputError:
+    """An `InputError` for a name that is not known, with the valid ones, or the nearest of many."""
+    if len(valid) <= LISTED:
+        return unknown(kind, name, valid)
+    near = difflib.get_close_matches(name, valid, LISTED // 2, cutoff=0.0)
+    return InputError(f"unknown {kind} '{name}'; nearest of the {len(valid)} valid ones: {', '.join(near)}")
+
 
 def mapping(node: Any, where: str, keys: Collection[str]) -> dict[str, Any]:
     """The mapping `node`, holding exactly those keys."""
     data = any_mapping(node, where)
     for key in data:
         if key not in keys:
-            raise unknown(f"key in {where}", key, keys)
+            raise unknown_name(f"key in {where}", key, keys)
     for key in keys:
         if key not in data:
             raise InputError(f"{where}: the key '{key}' is missing")
