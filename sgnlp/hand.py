@@ -19,7 +19,7 @@ from sgnlp.errors import InputError, unknown
 from sgnlp.handfile import Finger, Sphere, WristStart
 from sgnlp.handmodel import Mimic, joint_model, mimics, own_joints, urdf_file
 from sgnlp.handurdf import description
-from sgnlp.nodes import Array, frozen
+from sgnlp.nodes import Array, frozen, word
 
 HAND_FILE = "hand.yaml"
 
@@ -114,7 +114,7 @@ def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
     lower, upper = frozen(model.lowerPositionLimit), frozen(model.upperPositionLimit)
     gain_lower, gain_upper, gain_initial = handfile.gains(data["gains"], finger_names)
     return Hand(
-        name=str(data["name"]),
+        name=word(data["name"], "name"),
         urdf=urdf,
         description=described,
         model=model,

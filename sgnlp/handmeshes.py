@@ -23,7 +23,7 @@ def _geometry(hand: Hand) -> pin.GeometryModel:
     try:
         model = pin.buildGeomFromUrdfString(hand.model, hand.description, pin.GeometryType.VISUAL, package_dirs=[])
     except (ValueError, RuntimeError) as error:
-        told = str(error).partition("message:")[2] or str(error)  # of the library's text, what is no place in its source
+        told = str(error).partition("message:")[2] or str(error)  # without the place in its source
         raise InputError(f"a mesh of {hand.urdf.name} cannot be read: {' '.join(told.split())}") from None
     for shown in list(model.geometryObjects):
         mesh = _mesh(shown)
@@ -39,7 +39,9 @@ def _mesh(shown: pin.GeometryObject) -> Mesh | None:
     """A geometry of Pinocchio as a mesh; None for what no URDF has."""
     shape: Any = shown.geometry
     if hasattr(shape, "tri_indices"):
-        faces = np.array([[t[0], t[1], t[2]] for t in map(shape.tri_indices, range(shape.num_tris))], int).reshape(-1, 3)
+        faces = np.array([[t[0], t[1], t[2]] for t in map(shape.tri_indices, range(shape.num_tris))], int).reshape(
+            -1, 3
+        )
         return Mesh(np.array(shape.vertices()), faces[:, ::-1] if np.prod(shown.meshScale) < 0 else faces)
     if hasattr(shape, "halfSide"):
         return box(2 * np.array(shape.halfSide))

@@ -94,7 +94,7 @@ def _check_order(free: pin.Model, coupled: dict[str, ElementTree.Element]) -> No
             k, b = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
             law = f"multiplier {1 / k:g}, offset {-b / k + 0.0:g}"
             change = f"let '{other}' mimic '{name}' ({law}), and give '{name}' no <mimic>"
-            raise InputError(f"joint '{name}' mimics '{other}', which comes later in the order of joints; {change}")
+            raise InputError(f"the URDF's joint '{name}' mimics '{other}', which comes later; {change}")
 
 
 def own_joints(model: pin.Model) -> tuple[str, ...]:

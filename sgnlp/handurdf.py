@@ -1,7 +1,8 @@
 """A hand's URDF, checked and written anew as the one text that Pinocchio and MuJoCo both read.
 
-In it every mesh has its absolute path, a joint that mimics one that mimics another follows that other itself, and a link
-has its visual geometry, or where it has none its collision geometry in that place. What neither of them needs is left out.
+In it every mesh has its absolute path, a joint that mimics one that mimics another follows that other itself, and a
+link has its visual geometry, or where it has none its collision geometry in that place. What neither of them needs is
+left out.
 """
 
 import difflib
@@ -78,7 +79,7 @@ def _robot(urdf: Path) -> Element:
             shown = f"<xacro:{left.rpartition('}')[2]}>" if "xacro}" in left else f"'{left.strip()}'"
             raise InputError(f"{urdf.name} is xacro, it has {shown}; {expand}")
     if robot.tag != "robot":
-        raise InputError(f"{urdf.name} is no URDF that can be read: its outermost element is <{robot.tag}>, not <robot>")
+        raise InputError(f"{urdf.name} is no URDF that can be read: its root is <{robot.tag}>, not <robot>")
     return robot
 
 
@@ -145,7 +146,7 @@ def _check_tree(links: Collection[str], joints: dict[str, Element]) -> None:
     roots = [link for link in links if link not in above]
     if len(roots) > 1:
         names = ", ".join(f"'{root}'" for root in roots)
-        raise InputError(f"has {len(roots)} root links, {names}; join them by fixed joints, or remove what is left over")
+        raise InputError(f"has {len(roots)} root links, {names}; join them by fixed joints, or remove the others")
     for link in links:
         line = [link]
         while line[-1] in above:
@@ -168,11 +169,13 @@ def _check_joint(name: str, joint: Element) -> None:
         raise InputError(f"joint '{name}' is continuous, without an end; write type=\"revolute\", and {ends}")
     if kind not in MOVING:
         instead = "make it fixed; the wrist's pose is planned beside the joints"
-        raise InputError(f"joint '{name}' is {kind or 'of no type'}; only revolute, prismatic and fixed ones work: {instead}")
+        raise InputError(
+            f"joint '{name}' is {kind or 'of no type'}; only revolute, prismatic and fixed ones work: {instead}"
+        )
     if limit is None:
         raise InputError(f"joint '{name}' has no <limit>; give it one with lower and upper, or make the joint fixed")
     for key in ("lower", "upper", "effort", "velocity"):
-        limit.set(key, limit.get(key, "0"))  # as the URDF's definition says; both readers refuse where the last two miss
+        limit.set(key, limit.get(key, "0"))  # the last two are not used
     low, high = float(limit.get("lower", "")), float(limit.get("upper", ""))
     if not low < high:
         change = "swap them" if low > high else "write lower and upper, or make the joint fixed"
@@ -180,7 +183,7 @@ def _check_joint(name: str, joint: Element) -> None:
 
 
 def _resolve_mimics(joints: dict[str, Element]) -> None:
-    """Let each mimic joint follow one that moves by itself: q₁ = a q₂ + b and q₂ = c q₃ + d are q₁ = a c q₃ + a d + b."""
+    """Let each mimic joint follow one that moves by itself: q₁ = a q₂ + b of q₂ = c q₃ + d is a c q₃ + a d + b."""
     mimics = {name: found for name, joint in joints.items() if (found := joint.find("mimic")) is not None}
     resolved: dict[str, tuple[str, float, float]] = {}
     for name in mimics:
@@ -218,7 +221,7 @@ def _dress(name: str, link: Element, folder: Path) -> None:
     for visual in link.findall("visual"):
         geometry = visual.find("geometry")
         if geometry is None or len(geometry) == 0:
-            raise InputError(f"link '{name}' has a <visual> or <collision> without a shape in its <geometry>; remove it")
+            raise InputError(f"link '{name}' has a <visual> or <collision> with no shape in its <geometry>; remove it")
     for mesh in link.iter("mesh"):
         mesh.set("filename", str(_mesh_file(mesh.get("filename", ""), folder, f"link '{name}'")))
 

@@ -1,6 +1,7 @@
 """Nodes of a YAML tree read as mappings, lists and arrays, with one-line errors that name the place."""
 
 import difflib
+import reprlib
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
@@ -49,12 +50,27 @@ def sequence(node: Any, where: str) -> list[Any]:
     return node
 
 
+def word(node: Any, where: str) -> str:
+    """`node` as a name: a text or a number."""
+    if isinstance(node, bool) or not isinstance(node, str | int | float) or not str(node).strip():
+        raise InputError(f"{where} must be a text, not {_shown(node)}; put quotes around it")
+    return str(node)
+
+
 def numbers(value: Any, shape: tuple[int, ...], where: str) -> Array:
     """`value` as a read-only array of finite numbers; a scalar fills the shape."""
     try:
+        if any(isinstance(entry, bool) for entry in np.asarray(value, object).ravel()):
+            raise ValueError("YAML's yes, no, on and off")
         return frozen(np.broadcast_to(np.asarray(value, float), shape))
     except (TypeError, ValueError):
-        raise InputError(f"{where} must be {shape[0]} finite numbers, not {value}") from None
+        count = "a finite number" if shape == (1,) else f"{shape[0]} finite numbers"
+        raise InputError(f"{where} must be {count}, not {_shown(value)}") from None
+
+
+def _shown(node: Any) -> str:
+    """A node in a message: short, whatever it holds."""
+    return reprlib.repr(node) if not isinstance(node, str) else node
 
 
 def positive(value: Any, where: str) -> float:

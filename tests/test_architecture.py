@@ -19,7 +19,7 @@ STAGES = (
     "problem starts violations ipopt recompute approach solution pool plan",
     "firstorder solvers",
     "flagwords environment grasps simulation results summary workers batch report plots",
-    "refit handgeometry handcheck scene3d scene_hand scene_html scene_png scene_live dossier",
+    "refit handgeometry handfindings handcheck scene3d scene_hand scene_html scene_png scene_live dossier",
     "benchmarks studies compare load_nlp testset",
     "cli __main__",
 )

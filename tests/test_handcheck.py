@@ -9,10 +9,11 @@ from pathlib import Path
 import pytest
 from hands import BENT, THREE, changed, coupled
 
-from sgnlp import handcheck, handgeometry
+from sgnlp import handfindings, handgeometry
 from sgnlp.cli import run
 from sgnlp.errors import SgnlpError
-from sgnlp.handcheck import Finding, examine
+from sgnlp.handcheck import examine
+from sgnlp.handfindings import Finding
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 FLAGS = "--headless=new --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --enable-logging=stderr"
@@ -173,4 +174,4 @@ def test_the_page_draws_hand_and_spheres_without_an_error(tmp_path: Path):
 
 
 def test_limits_that_are_named_are_those_of_the_module():
-    assert finding(URDF / "allegro_left", "largest effort").valid.endswith(f"{handcheck.MAX_EFFORT:g} N m is rare")
+    assert finding(URDF / "allegro_left", "largest effort").valid.endswith(f"{handfindings.MAX_EFFORT:g} N m is rare")

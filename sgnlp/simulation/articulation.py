@@ -31,9 +31,9 @@ joint that should stand turns by less than 1 mrad/s."""
 def articulation(hand: Hand, settings: SimulationSettings) -> Any:
     """A `mujoco.MjSpec` of the hand, its root link fixed, gravity compensated.
 
-    The links collide as the convex hulls of what the URDF shows: its collision boxes reach past the pads, and count only
-    where a link shows nothing. Each tip has the pad of the hand's description, a sphere; each joint the effort, and
-    what mimics another joint that of the other.
+    The links collide as the convex hulls of what the URDF shows: its collision boxes reach past the pads, and count
+    only where a link shows nothing. Each tip has the pad of the hand's description, a sphere; each joint the effort,
+    and what mimics another joint that of the other.
     """
     spec = _read(hand)
     spec.compiler.boundmass, spec.compiler.boundinertia = LEAST_MASS, LEAST_INERTIA
@@ -67,7 +67,8 @@ def _read(hand: Hand) -> Any:
 
     robot = ElementTree.fromstring(hand.description)
     robot.insert(0, ElementTree.fromstring(f"<mujoco><compiler {OPTIONS}/></mujoco>"))
-    tips, assets = {finger.frame for finger in hand.fingers}, {}
+    tips = {finger.frame for finger in hand.fingers}
+    assets: dict[tuple[str, tuple[float, ...], bool], str] = {}
     for link in robot.findall("link"):
         for mesh in link.iter("mesh"):
             scale = tuple(float(word) for word in mesh.get("scale", "1 1 1").split())
