@@ -13,6 +13,8 @@ from sgnlp.meshes import Mesh, box, cylinder, unit_sphere
 
 Array = NDArray[np.float64]
 
+MIN_THICKNESS = 1e-6
+"""Least ratio of the third to the first singular value of a mesh's vertices: single precision has no more digits."""
 BALL_POINTS, SIDES = 100, 24
 """Vertices of a sphere and sides of a cylinder that a URDF has in the place of a mesh."""
 
@@ -24,15 +26,29 @@ def _geometry(hand: Hand) -> pin.GeometryModel:
         model = pin.buildGeomFromUrdfString(hand.model, hand.description, pin.GeometryType.VISUAL, package_dirs=[])
     except (ValueError, RuntimeError) as error:
         told = str(error).partition("message:")[2] or str(error)  # without the place in its source
-        raise InputError(f"a mesh of {hand.urdf.name} cannot be read: {' '.join(told.split())}") from None
+        told = told.partition("Hint:")[0]
+        raise InputError(
+            f"a mesh of {hand.urdf.name} cannot be read: {' '.join(told.split())}; export it again"
+        ) from None
     for shown in list(model.geometryObjects):
         mesh = _mesh(shown)
         if mesh is None:
             model.removeGeometryObject(shown.name)
-        elif not len(mesh.faces) or not np.isfinite(mesh.vertices).all():
-            fault = "has vertices that are not finite" if len(mesh.faces) else "has no triangles"
-            raise InputError(f"the mesh {shown.meshPath} of {hand.urdf.name} {fault}; export it again")
+        elif fault := _fault(mesh):
+            raise InputError(f"the mesh {shown.meshPath} of {hand.urdf.name} {fault}")
     return model
+
+
+def _fault(mesh: Mesh) -> str:
+    """Why a mesh cannot be the solid of a link; empty if it can."""
+    if not len(mesh.faces):
+        return "has no triangles; export it again"
+    if not np.isfinite(mesh.vertices).all():
+        return "has vertices that are not finite; export it again"
+    spread = np.linalg.svd(mesh.vertices - mesh.vertices.mean(axis=0), compute_uv=False)
+    if len(spread) < 3 or spread[2] < MIN_THICKNESS * spread[0]:
+        return "is flat, so that nothing touches it; give it some thickness, or remove it"
+    return ""
 
 
 def _mesh(shown: pin.GeometryObject) -> Mesh | None:

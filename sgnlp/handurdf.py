@@ -20,6 +20,8 @@ from sgnlp.nodes import unknown_name
 Element = ElementTree.Element
 
 MESH_SUFFIXES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
+LFS_POINTER = b"version https://git-lfs"
+"""How a file begins that Git LFS has not yet fetched."""
 MOVING = ("revolute", "prismatic")
 INERTIA = dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), 1)
 NUMBERS = {
@@ -68,9 +70,15 @@ def _robot(urdf: Path) -> Element:
     expand = f"expand it (pip install xacro; xacro {urdf.name} -o expanded.urdf) and name the result in the hand's file"
     try:
         robot = ElementTree.parse(urdf).getroot()
-    except (ElementTree.ParseError, LookupError, ValueError, OSError) as error:
+    except OSError as error:
+        raise InputError(f"{urdf.name} cannot be read: {error.strerror}") from None
+    except (ElementTree.ParseError, LookupError, ValueError) as error:
         if "unbound prefix" in str(error) and b"xacro:" in urdf.read_bytes():
             raise InputError(f"{urdf.name} is xacro; {expand}") from None
+        if "invalid token" in str(error) and not _is_utf8(urdf):
+            raise InputError(
+                f"{urdf.name} is not UTF-8; save it as that, or declare its encoding in <?xml ?>"
+            ) from None
         raise InputError(f"{urdf.name} is no URDF that can be read: {' '.join(str(error).split())}") from None
     for element in robot.iter():
         texts = [element.tag, *element.attrib.values(), element.text or ""]
@@ -81,6 +89,14 @@ def _robot(urdf: Path) -> Element:
     if robot.tag != "robot":
         raise InputError(f"{urdf.name} is no URDF that can be read: its root is <{robot.tag}>, not <robot>")
     return robot
+
+
+def _is_utf8(file: Path) -> bool:
+    try:
+        file.read_bytes().decode()
+    except UnicodeDecodeError:
+        return False
+    return True
 
 
 def _named(robot: Element, kind: str) -> dict[str, Element]:
@@ -176,7 +192,9 @@ def _check_joint(name: str, joint: Element) -> None:
         raise InputError(f"joint '{name}' has no <limit>; give it one with lower and upper, or make the joint fixed")
     for key in ("lower", "upper", "effort", "velocity"):
         limit.set(key, limit.get(key, "0"))  # the last two are not used
-    low, high = float(limit.get("lower", "")), float(limit.get("upper", ""))
+    low, high, *powers = (float(limit.get(key, "")) for key in ("lower", "upper", "effort", "velocity"))
+    if min(powers) < 0:
+        raise InputError(f"joint '{name}' has a negative effort or velocity in its <limit>; write 0 or more")
     if not low < high:
         change = "swap them" if low > high else "write lower and upper, or make the joint fixed"
         raise InputError(f"joint '{name}' has the limits [{low:g}, {high:g}]; lower must be below upper: {change}")
@@ -196,8 +214,9 @@ def _resolve_mimics(joints: dict[str, Element]) -> None:
             if other == last:
                 raise InputError(f"joint '{last}' mimics itself; remove its <mimic>, or name the joint that it follows")
             if other in line:
-                circle = ", which mimics ".join(f"'{joint}'" for joint in [*line[line.index(other) :], other])
-                raise InputError(f"joint {circle}; let one of them move by itself, without <mimic>")
+                first, *rest = [f"'{joint}'" for joint in [*line[line.index(other) :], other]]
+                circle = ", which mimics ".join(rest)
+                raise InputError(f"joint {first} mimics {circle}; let one of them move by itself, without <mimic>")
             if joints[other].get("type") == "fixed":
                 raise InputError(f"joint '{last}' mimics '{other}', which is fixed; let it mimic one that moves")
             if factor == 0:
@@ -210,7 +229,13 @@ def _resolve_mimics(joints: dict[str, Element]) -> None:
 
 
 def _dress(name: str, link: Element, folder: Path) -> None:
-    """Leave a link its visual geometry, else its collision geometry as such, with the paths of its meshes."""
+    """Leave a link its visual geometry, else its collision geometry as such, with paths of meshes, and complete inertia."""
+    for inertial in link.findall("inertial"):
+        for tag, values in (("mass", {"value": 1}), ("inertia", INERTIA)):
+            part = inertial.find(tag)
+            part = ElementTree.SubElement(inertial, tag) if part is None else part
+            for key in values:
+                part.set(key, part.get(key, "0"))  # what is heavier than nothing is the simulation's to say
     solids = link.findall("collision")
     if link.find("visual") is None:
         for solid in solids:
@@ -245,6 +270,12 @@ def _mesh_file(text: str, folder: Path, owner: str) -> Path:
         raise InputError(f"{owner}: the mesh '{text}' is not there; valid are {forms}{_beside(text, folder)}")
     if found.suffix.lower() not in MESH_SUFFIXES:
         raise InputError(f"{owner}: the mesh '{text}' must end in {' '.join(MESH_SUFFIXES)}; convert it")
+    with found.open("rb") as stream:
+        head = stream.read(len(LFS_POINTER))
+    if not head:
+        raise InputError(f"{owner}: the mesh '{text}' is empty; export it again")
+    if head == LFS_POINTER:
+        raise InputError(f"{owner}: the mesh '{text}' is a pointer of Git LFS; fetch what it stands for: git lfs pull")
     return Path(os.path.abspath(found))
 
 

@@ -15,6 +15,8 @@ from sgnlp.simulation.settings import SimulationSettings
 
 OPTIONS = 'strippath="false" fusestatic="false" discardvisual="false" balanceinertia="true"'
 """Of MuJoCo for reading a URDF."""
+WORLD = "world"
+"""MuJoCo's name for what does not move: a link of that name gets another."""
 STL_HEAD, STL_FACE, MOST_FACES = 84, 50, 200_000
 """Bytes of a binary STL before its faces and of each of them, and how many of them MuJoCo reads."""
 HULL_VERTICES = 64
@@ -67,6 +69,10 @@ def _read(hand: Hand) -> Any:
 
     robot = ElementTree.fromstring(hand.description)
     robot.insert(0, ElementTree.fromstring(f"<mujoco><compiler {OPTIONS}/></mujoco>"))
+    for part in robot.iter():
+        for key in ("name", "link"):
+            if part.tag in ("link", "parent", "child") and part.get(key) == WORLD:
+                part.set(key, f"{WORLD}_")
     tips = {finger.frame for finger in hand.fingers}
     assets: dict[tuple[str, tuple[float, ...], bool], str] = {}
     for link in robot.findall("link"):
@@ -160,4 +166,4 @@ def _exclude(spec: Any) -> None:
 
 def _line(link: Any) -> list[str]:
     """Names of a link and of its ancestors down to the root link."""
-    return [link.name, *(_line(link.parent) if link.parent.name != "world" else [])]
+    return [link.name, *(_line(link.parent) if link.parent.name != WORLD else [])]
