@@ -5,23 +5,19 @@ link has its visual geometry, or where it has none its collision geometry in tha
 left out.
 """
 
-import difflib
 import os
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Collection
 from pathlib import Path
-from urllib.parse import unquote
 
 import numpy as np
 
 from sgnlp.errors import InputError
+from sgnlp.handpaths import mesh_file
 from sgnlp.nodes import unknown_name
 
 Element = ElementTree.Element
 
-MESH_SUFFIXES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
-LFS_POINTER = b"version https://git-lfs"
-"""How a file begins that Git LFS has not yet fetched."""
 MOVING = ("revolute", "prismatic")
 INERTIA = dict.fromkeys(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), 1)
 NUMBERS = {
@@ -76,9 +72,7 @@ def _robot(urdf: Path) -> Element:
         if "unbound prefix" in str(error) and b"xacro:" in urdf.read_bytes():
             raise InputError(f"{urdf.name} is xacro; {expand}") from None
         if "invalid token" in str(error) and not _is_utf8(urdf):
-            raise InputError(
-                f"{urdf.name} is not UTF-8; save it as that, or declare its encoding in <?xml ?>"
-            ) from None
+            raise InputError(f"{urdf.name} is not UTF-8; save it so, or declare its encoding in <?xml ?>") from None
         raise InputError(f"{urdf.name} is no URDF that can be read: {' '.join(str(error).split())}") from None
     for element in robot.iter():
         texts = [element.tag, *element.attrib.values(), element.text or ""]
@@ -229,7 +223,7 @@ def _resolve_mimics(joints: dict[str, Element]) -> None:
 
 
 def _dress(name: str, link: Element, folder: Path) -> None:
-    """Leave a link its visual geometry, else its collision geometry as such, with paths of meshes, and complete inertia."""
+    """Leave a link its visual geometry, else its collision geometry as such; complete its paths and its inertia."""
     for inertial in link.findall("inertial"):
         for tag, values in (("mass", {"value": 1}), ("inertia", INERTIA)):
             part = inertial.find(tag)
@@ -248,49 +242,7 @@ def _dress(name: str, link: Element, folder: Path) -> None:
         if geometry is None or len(geometry) == 0:
             raise InputError(f"link '{name}' has a <visual> or <collision> with no shape in its <geometry>; remove it")
     for mesh in link.iter("mesh"):
-        mesh.set("filename", str(_mesh_file(mesh.get("filename", ""), folder, f"link '{name}'")))
-
-
-def _mesh_file(text: str, folder: Path, owner: str) -> Path:
-    """The path of a mesh that a URDF in a folder names; `package://NAME/` is any folder above the URDF of that name."""
-    scheme, colon, rest = text.partition("://")
-    if not colon:
-        candidates = [folder / text.replace("\\", "/")]
-    elif scheme == "file":
-        candidates = [folder / unquote(rest)]
-    else:
-        package, _, inner = rest.partition("/")
-        above = [place for place in (folder, *folder.parents) if place.name == package]
-        candidates = [place / inner for place in above] if scheme == "package" else []
-    found = next((path for path in candidates if text and path.is_file()), None)
-    if found is None:
-        forms = (
-            "the path from the URDF's folder, package://NAME/PATH with NAME a folder above the URDF, or file:///PATH"
-        )
-        raise InputError(f"{owner}: the mesh '{text}' is not there; valid are {forms}{_beside(text, folder)}")
-    if found.suffix.lower() not in MESH_SUFFIXES:
-        raise InputError(f"{owner}: the mesh '{text}' must end in {' '.join(MESH_SUFFIXES)}; convert it")
-    with found.open("rb") as stream:
-        head = stream.read(len(LFS_POINTER))
-    if not head:
-        raise InputError(f"{owner}: the mesh '{text}' is empty; export it again")
-    if head == LFS_POINTER:
-        raise InputError(f"{owner}: the mesh '{text}' is a pointer of Git LFS; fetch what it stands for: git lfs pull")
-    return Path(os.path.abspath(found))
-
-
-def _beside(text: str, folder: Path) -> str:
-    """A hint where the end of a path that is not there is a file in the URDF's folder or below the one above."""
-    parts = [part for part in text.replace("\\", "/").split("/") if part]
-    for start in range(len(parts)):
-        inner = "/".join(parts[start:])
-        for place, prefix in ((folder, ""), (folder.parent, "../")):
-            if (place / inner).is_file():
-                return f"; '{prefix}{inner}' is there"
-        near = difflib.get_close_matches(parts[-1], [f.name for f in folder.glob("*.*")], 1)
-        if start == len(parts) - 1 and near:
-            return f"; '{near[0]}' is there"
-    return ""
+        mesh.set("filename", str(mesh_file(mesh.get("filename", ""), folder, f"link '{name}'")))
 
 
 def _strip(robot: Element) -> None:

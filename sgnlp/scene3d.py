@@ -26,7 +26,8 @@ Colour = tuple[float, float, float]
 
 HAND, SURFACE, CLOUD, TABLE = "hand", "surface", "cloud", "table"
 CONTACTS, NORMALS, CONES, SPRINGS, SPHERES = "contacts", "normals", "friction cones", "springs", "collision spheres"
-LAYERS = (HAND, SURFACE, CLOUD, CONTACTS, NORMALS, CONES, SPRINGS, SPHERES, TABLE)
+FRAMES = "frame axes"
+LAYERS = (HAND, SURFACE, CLOUD, CONTACTS, NORMALS, CONES, SPRINGS, SPHERES, FRAMES, TABLE)
 """What can be switched on and off."""
 GREY, PALE, BLACK, GREEN = (0.35, 0.37, 0.4), (0.85, 0.83, 0.8), (0.1, 0.1, 0.1), (0.1, 0.55, 0.25)
 ORANGE, PURPLE, BLUE = (0.95, 0.5, 0.05), (0.55, 0.2, 0.65), (0.2, 0.45, 0.85)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.errors import InputError
-from sgnlp.scene3d import TABLE, Label, Scene, Shape
+from sgnlp.scene3d import TABLE, Colour, Label, Scene, Shape
 
 Array = NDArray[np.float64]
 
@@ -30,8 +30,10 @@ DOT = 6e-4
 """Half the side of a point [m]; a segment is this wide for each pixel of its width over 4."""
 
 
-def picture(scene: Scene, rank: int = 0, stage: int = 1) -> bytes:
-    """A PNG of a grasp at one of its stages, from three sides.
+def picture(
+    scene: Scene, rank: int = 0, stage: int = 1, legend: Sequence[tuple[str, Colour]] = (), titled: bool = False
+) -> bytes:
+    """A PNG of a grasp at one of its stages, from three sides; `titled` names them, `legend` says what colours mean.
 
     Raises:
         InputError: Matplotlib is not installed.
@@ -56,6 +58,13 @@ def picture(scene: Scene, rank: int = 0, stage: int = 1) -> bytes:
         ax.add_collection(PolyCollection(polygons[order], facecolors=colours[order], linewidths=0))
         _fit(ax, np.concatenate([p for shape, (p, _, _) in zip(shapes, drawn, strict=True) if shape.layer != TABLE]))
         _name(ax, scene.views[rank].labels, camera)
+        if titled:
+            ax.set_title(f"from {azimuth:g}°, {ELEVATION:g}° above", fontsize=8)
+    if legend:
+        from matplotlib.lines import Line2D
+
+        lines = [Line2D([], [], color=colour, linewidth=2, label=text) for text, colour in legend]
+        figure.legend(handles=lines, loc="outside lower center", ncols=len(lines), fontsize=8, frameon=False)
     view = scene.views[rank]
     figure.suptitle(f"{scene.name}, {scene.kind.lower()} {view.title}, {view.stages[stage].name}", fontsize=10)
     if values:

@@ -11,9 +11,9 @@ PACKAGE = Path(__file__).parents[1] / "sgnlp"
 STAGES = (
     "errors checked orphans settings presets toolchain",
     "open3d_files clouds sampling observation depth depth_files",
-    "meshes truth cameras scenes settling",
+    "meshes truth repair solids cameras scenes settling",
     "kernels training gpis",
-    "nodes handurdf handmodel handfile hand handmeshes kinematics",
+    "nodes handpaths handurdf handmodel handfile hand handmeshes kinematics",
     "equilibrium grasp ops energies constraints names",
     "structure chain jets native parameters symbolic nlp codegen elastic lifted compiled oracle handover closed kkt",
     "problem starts violations ipopt recompute approach solution pool plan",

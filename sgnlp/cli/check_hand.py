@@ -9,7 +9,7 @@ from rich.text import Text
 
 from sgnlp import handcheck, results, scene_html, scene_png
 from sgnlp.cli import codes
-from sgnlp.scene_hand import hand_scene
+from sgnlp.scene_hand import LEGEND, hand_scene
 
 STYLES = {"ok": "green", "look": "yellow", "wrong": "red"}
 WIDTH = max(map(len, STYLES)) + 2
@@ -38,7 +38,7 @@ class CheckHand:
         if examination.hand is not None and (self.png or self.html):
             shown = hand_scene(examination.hand, examination)
             if self.png is not None:
-                results.write_bytes(self.png, scene_png.picture(shown, 0, 0))
+                results.write_bytes(self.png, scene_png.picture(shown, 0, 0, LEGEND, titled=True))
                 console.print(f"written: {self.png}", soft_wrap=True)
             if self.html is not None:
                 results.write_text(self.html, scene_html.page(shown))

@@ -70,9 +70,9 @@ def _read(hand: Hand) -> Any:
     robot = ElementTree.fromstring(hand.description)
     robot.insert(0, ElementTree.fromstring(f"<mujoco><compiler {OPTIONS}/></mujoco>"))
     for part in robot.iter():
-        for key in ("name", "link"):
-            if part.tag in ("link", "parent", "child") and part.get(key) == WORLD:
-                part.set(key, f"{WORLD}_")
+        for attribute in ("name", "link"):
+            if part.tag in ("link", "parent", "child") and part.get(attribute) == WORLD:
+                part.set(attribute, f"{WORLD}_")
     tips = {finger.frame for finger in hand.fingers}
     assets: dict[tuple[str, tuple[float, ...], bool], str] = {}
     for link in robot.findall("link"):
