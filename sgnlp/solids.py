@@ -59,8 +59,7 @@ def _around(pieces: list[Mesh]) -> list[int]:
             smaller = best < 0 or abs(other.volume) < abs(pieces[best].volume)
             boxed = (low[j] - room <= low[i]).all() and (high[i] <= high[j] + room).all()
             if i != j and smaller and boxed and abs(other.volume) > abs(piece.volume):
-                outside = signed_distance(other, piece.vertices) * np.sign(other.volume)
-                best = j if outside.max() <= room else best
+                best = j if signed_distance(other, piece.vertices).max() <= room else best
         found.append(best)
     return found
 

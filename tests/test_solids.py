@@ -102,7 +102,8 @@ def test_faces_that_are_there_twice_count_once(again: np.ndarray):
 
 
 def test_a_wall_between_two_boxes_goes():
-    mesh, _ = made(joined(CUBE, sized(1.0, (0.06, 0, 0))))
+    beside = Mesh(CUBE.vertices * [-1, 1, 1] + np.array([0.06, 0, 0]), CUBE.faces).inverted()
+    mesh, _ = made(joined(CUBE, beside))
     assert mesh.open_edges == 0
     assert mesh.volume == pytest.approx(432 * CM3)
 
@@ -127,7 +128,7 @@ FLOOR = Mesh(
 @pytest.mark.parametrize(
     ("mesh", "message"),
     [
-        (Mesh(CUBE.vertices + [694386.2, 5155487.5, 381], CUBE.faces), "lies too far from the origin"),
+        (Mesh(CUBE.vertices + np.array([694386.2, 5155487.5, 381]), CUBE.faces), "lies too far from the origin"),
         (Mesh(np.where(np.arange(8)[:, None] == 3, np.nan, CUBE.vertices), CUBE.faces), "1 of its 8 vertices are NaN"),
         (
             Mesh(CUBE.vertices, np.vstack([CUBE.faces, [[0, 1, 20]]])),
