@@ -1,4 +1,4 @@
-"""The hand as MuJoCo has it: its meshes are those that the hand is shown with, whatever their format, scale and path."""
+"""The hand as MuJoCo has it: its meshes are those that it is shown with, whatever their format, scale and path."""
 
 from pathlib import Path
 
