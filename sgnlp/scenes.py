@@ -122,7 +122,7 @@ def _triangles(vertices: ArrayLike, faces: ArrayLike) -> Mesh:
     if wrong:
         raise InputError(f"{wrong} of its {len(mesh.vertices)} vertices are NaN or infinite; export the mesh again")
     far, side = np.abs(mesh.vertices).max(), np.ptp(mesh.vertices, axis=0).max()
-    if far > FAR * side:
+    if len(mesh.vertices) > 1 and far > FAR * side:
         where = f"up to {far:.4g}, and is {side:.4g} wide"
         why = "single precision, which mesh files have, keeps no shape there"
         raise InputError(f"lies too far from the origin, {where}: {why}; subtract an offset where it was exported")

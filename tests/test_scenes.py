@@ -122,7 +122,7 @@ def test_whatever_is_assumed_of_a_mesh_is_noted():
         (BOX.vertices * [1, 1, 0], BOX.faces, "is flat"),
         (BOX.vertices, BOX.faces * 0, "no triangle with three different corners"),
         (BOX.vertices, BOX.faces + 1, "'mesh_faces' must lie in 0..7"),
-        (BOX.vertices * np.nan, BOX.faces, "'mesh_vertices' must be finite"),
+        (BOX.vertices * np.nan, BOX.faces, "8 of its 8 vertices are NaN or infinite"),
     ],
 )
 def test_what_is_no_body_is_refused(vertices, faces, message):
