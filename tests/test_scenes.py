@@ -86,7 +86,7 @@ def test_calibration_errors_move_each_view_as_a_whole():
 @pytest.mark.parametrize(
     ("size", "message"),
     [
-        (10.0, r"1.386 m from corner to corner, and the images hold 0.33 m; is it in mm \(--scale 0.001\)"),
+        (10.0, r"1.386 m from corner to corner, and the images hold 0.33 m; is it in inches \(--scale 0.0254\)"),
         (0.1, r"0.008 m wide, less than 0.01 m; is its unit the metre\?"),
     ],
 )
