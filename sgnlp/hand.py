@@ -18,7 +18,8 @@ from sgnlp import handfile
 from sgnlp.errors import InputError, unknown
 from sgnlp.handfile import Finger, Sphere, WristStart
 from sgnlp.handmodel import Mimic, joint_model, mimics, own_joints, urdf_file
-from sgnlp.nodes import Array, frozen
+from sgnlp.handurdf import description
+from sgnlp.nodes import Array, frozen, word
 
 HAND_FILE = "hand.yaml"
 
@@ -29,6 +30,8 @@ class Hand:
 
     name: str
     urdf: Path
+    description: str
+    """The URDF as Pinocchio and MuJoCo read it, by `sgnlp.handurdf`."""
     model: pin.Model
     """The tree of joints with the root link fixed at the origin (no free flyer)."""
     root: str
@@ -102,7 +105,8 @@ def _library() -> Path:
 
 def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
     urdf = urdf_file(data["urdf"], file.parent)
-    model = joint_model(urdf, data["root"])
+    described = description(urdf)
+    model = joint_model(described, data["root"])
     names = own_joints(model)
     fingers = handfile.fingers(data["fingers"], model)
     finger_names = [finger.name for finger in fingers]
@@ -110,8 +114,9 @@ def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
     lower, upper = frozen(model.lowerPositionLimit), frozen(model.upperPositionLimit)
     gain_lower, gain_upper, gain_initial = handfile.gains(data["gains"], finger_names)
     return Hand(
-        name=str(data["name"]),
+        name=word(data["name"], "name"),
         urdf=urdf,
+        description=described,
         model=model,
         root=data["root"],
         joint_names=names,

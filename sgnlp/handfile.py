@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,18 @@ import yaml
 
 from sgnlp.errors import InputError, unknown
 from sgnlp.handmodel import coordinates, link
-from sgnlp.nodes import Array, any_mapping, check_order, frozen, mapping, numbers, positive, sequence
+from sgnlp.nodes import (
+    Array,
+    any_mapping,
+    check_order,
+    frozen,
+    mapping,
+    numbers,
+    positive,
+    sequence,
+    unknown_name,
+    word,
+)
 
 KEYS = ("name", "urdf", "root", "effort", "fingers", "reference", "gains", "wrist", "spheres")
 MIN_FINGERS = 3  # fewer frictional point contacts cannot hold a rigid body against every wrench
@@ -73,11 +85,26 @@ def text(file: Path) -> str:
         raise InputError(f"{file} cannot be read: {error.strerror}") from None
 
 
+class _Loader(yaml.SafeLoader):
+    """YAML's safe loader, which takes the last of two equal keys, made to refuse the second."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen = set()
+        for key, _ in node.value:
+            if key.value in seen and isinstance(key, yaml.ScalarNode):
+                raise InputError(f"the key '{key.value}' is there twice (line {key.start_mark.line + 1}); remove one")
+            seen.add(str(key.value))
+        return super().construct_mapping(node, deep)
+
+
 def entries(content: str) -> dict[str, Any]:
     """The entries of the file from its text, exactly those of `KEYS`."""
     try:
-        return mapping(yaml.safe_load(content), "the file", KEYS)
-    except (yaml.YAMLError, ValueError) as error:
+        return mapping(yaml.load(content, _Loader), "the file", KEYS)
+    except (yaml.YAMLError, ValueError, TypeError) as error:
+        tabs = [i for i, line in enumerate(content.splitlines(), 1) if "\t" in line]
+        if tabs and "\\t" in str(error):
+            raise InputError(f"line {tabs[0]} of the file has a tab; YAML is indented by spaces") from None
         raise InputError(f"the file is not YAML: {' '.join(str(error).split())}") from None
 
 
@@ -86,13 +113,16 @@ def fingers(node: Any, model: pin.Model) -> tuple[Finger, ...]:
     read = tuple(finger(entry, model) for entry in sequence(node, "fingers"))
     if len({one.name for one in read}) < max(MIN_FINGERS, len(read)):
         raise InputError(f"{len(read)} fingers given; at least {MIN_FINGERS} of different names are needed")
+    for one, other in combinations(read, 2):
+        if one.frame == other.frame:
+            raise InputError(f"fingers '{one.name}' and '{other.name}' have one tip, '{one.frame}'; each has its own")
     return read
 
 
 def finger(node: Any, model: pin.Model) -> Finger:
     """One finger."""
     data = mapping(node, "a finger", ("name", "tip", "offset", "radius"))
-    name = str(data["name"])
+    name = word(data["name"], "the name of a finger")
     frame = link(data["tip"], model, f"tip of finger '{name}'")
     joints, tip = coordinates(model, frame), model.frames[frame].name
     if not joints:
@@ -137,11 +167,14 @@ def spheres(node: Any, preset: str, model: pin.Model, names: Sequence[str]) -> S
 
     def find(name: Any, kind: str) -> int:
         if str(name) not in index:
-            raise unknown(kind, str(name), index)
+            raise unknown_name(kind, str(name), index)
         return index[str(name)]
 
     pads = mapping(data["pads"], "pads", names)
     tips = tuple(find(pads[name], f"sphere of the pad of finger '{name}'") for name in names)
+    if len(set(tips)) < len(tips):
+        twice = next(tip for tip in tips if tips.count(tip) > 1)
+        raise InputError(f"pads: the sphere '{read[twice].name}' is the pad of two fingers; name each one's own")
     pairs = []
     for pair in sequence(data["pairs"], "pairs"):
         if len(sequence(pair, "a pair")) != 2 or pair[0] == pair[1]:

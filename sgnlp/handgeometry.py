@@ -2,9 +2,11 @@
 
 import casadi as ca
 import numpy as np
+import pinocchio as pin
 from numpy.typing import NDArray
 
 from sgnlp.hand import Hand
+from sgnlp.handfile import Finger
 from sgnlp.handmeshes import link_meshes, link_poses, mesh_links
 from sgnlp.kinematics import Backend, backends, forward, frames
 from sgnlp.meshes import Mesh
@@ -42,6 +44,53 @@ def surface_points(mesh: Mesh, count: int) -> Array:
 def tips(hand: Hand) -> Array:
     """The tips (m, 3) [m] at the reference pose, seen from the root link."""
     return frames(hand, ORIGIN, hand.reference)[0]
+
+
+def finger_bases(hand: Hand) -> Array:
+    """Where the first joint of each finger is that does not move all of them (m, 3) [m], at the reference pose."""
+    data = hand.model.createData()
+    pin.forwardKinematics(hand.model, data, hand.reference)
+    lines = [_own_joints(hand, finger) for finger in hand.fingers]
+    return np.array([data.oMi[line[0]].translation for line in lines])
+
+
+def _own_joints(hand: Hand, finger: Finger) -> list[int]:
+    """The joints of the model that move a finger's tip and not all tips, root first; the last one if there is none."""
+    model = hand.model
+    line, *others = (
+        list(model.supports[model.frames[model.getFrameId(one.frame, pin.FrameType.BODY)].parentJoint])
+        for one in (finger, *hand.fingers)
+    )
+    own = [joint for joint in line if not all(joint in other for other in others)]
+    return own or line[-1:]
+
+
+def pad_gaps(hand: Hand) -> Array:
+    """How far (m,) [m] each finger's pad is off the meshes of the finger at the reference pose; negative inside them.
+
+    A finger without meshes is taken to reach as far beyond its tip's link as its longest bone.
+    """
+    poses, names, meshes = link_poses(hand, ORIGIN, hand.reference), mesh_links(hand), link_meshes(hand)[0]
+    gaps = []
+    for finger, pad in zip(hand.fingers, tips(hand), strict=True):
+        own = set(_own_joints(hand, finger))
+        links = {frame.name for frame in hand.model.frames if frame.parentJoint in own}
+        distances = [
+            np.linalg.norm(surface_points(mesh, FACE_POINTS) @ pose[:3, :3].T + pose[:3, 3] - pad, axis=1).min()
+            for name, mesh, pose in zip(names, meshes, poses, strict=True)
+            if name in links
+        ]
+        bare = np.linalg.norm(finger.offset) - _longest_bone(hand, finger)
+        gaps.append(float(min(distances, default=bare)) - finger.radius)
+    return np.array(gaps)
+
+
+def _longest_bone(hand: Hand, finger: Finger) -> float:
+    """The largest distance [m] between a joint of a finger and the next, or the tip's link, at the reference pose."""
+    data, frame = hand.model.createData(), hand.model.getFrameId(finger.frame, pin.FrameType.BODY)
+    pin.framesForwardKinematics(hand.model, data, hand.reference)
+    places = [*(data.oMi[j].translation for j in _own_joints(hand, finger)), data.oMf[frame].translation]
+    return float(np.linalg.norm(np.diff(places, axis=0), axis=1).max())
 
 
 def pair_gaps(hand: Hand) -> Array:

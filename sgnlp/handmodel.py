@@ -12,11 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pinocchio as pin
 
-from sgnlp.errors import InputError, unknown
-from sgnlp.nodes import mapping
+from sgnlp.errors import InputError
+from sgnlp.nodes import mapping, unknown_name
 
 
 @dataclass(frozen=True)
@@ -61,38 +60,41 @@ def _packaged(package: str, path: str) -> Path | None:
     return next((Path(str(f.locate())) for f in files if str(f).endswith(f"{package}/{path}")), None)
 
 
-def joint_model(urdf: Path, root: str) -> pin.Model:
+def joint_model(description: str, root: str) -> pin.Model:
     """The tree of joints with the root link fixed at the origin; mimic joints narrow the limits of those they follow.
 
-    Raises:
-        InputError: it is no URDF, its root link is another, or a joint is not revolute or prismatic with finite limits.
+    `description` is that of `sgnlp.handurdf`. Raises:
+        InputError: its root link is another, or a joint mimics one that comes later.
     """
+    joints = ElementTree.fromstring(description).findall("joint")
+    coupled = {joint.get("name", ""): joint for joint in joints if joint.find("mimic") is not None}
     try:
-        coupled = _coupled(ElementTree.parse(urdf))
-        model = pin.buildModelFromUrdf(str(urdf), mimic=True) if coupled else pin.buildModelFromUrdf(str(urdf))
-    except (ElementTree.ParseError, ValueError, RuntimeError) as error:
-        raise InputError(f"{urdf.name} is no URDF that can be read: {' '.join(str(error).split())}") from None
+        free = pin.buildModelFromXML(description)
+        _check_order(free, coupled)
+        model = pin.buildModelFromXML(description, mimic=True) if coupled else free
+    except (ValueError, RuntimeError) as error:
+        raise InputError(f"Pinocchio cannot read the URDF: {' '.join(str(error).split())}") from None
     base = model.frames[1].name  # the frame after 'universe' is the URDF's root link
     if root != base:
         raise InputError(f"the root must be the URDF's root link '{base}', not '{root}'")
-    for name, joint in zip(model.names[1:], model.joints[1:], strict=True):
-        if name not in coupled and (joint.nq != 1 or joint.nv != 1):
-            raise InputError(f"joint '{name}' is {joint.shortname()}; only bounded revolute and prismatic joints work")
-    _check_limits(model, own_joints(model))
     for mimic in mimics(model):
-        _narrow(model, mimic, coupled[mimic.name].find("limit"))
+        limit = coupled[mimic.name].find("limit")
+        assert limit is not None  # every moving joint of a description has one
+        _narrow(model, mimic, limit)
     return model
 
 
-def _coupled(tree: Any) -> dict[str, ElementTree.Element]:
-    """The joints of a URDF that mimic another, by name."""
-    followed = {
-        j.get("name", ""): mimic.get("joint") for j in tree.iter("joint") if (mimic := j.find("mimic")) is not None
-    }
-    for name, other in followed.items():
-        if other in followed:
-            raise InputError(f"joint '{name}' mimics '{other}', which mimics '{followed[other]}'; let both mimic that")
-    return {j.get("name", ""): j for j in tree.iter("joint") if j.get("name") in followed}
+def _check_order(free: pin.Model, coupled: dict[str, ElementTree.Element]) -> None:
+    """Refuse a joint that mimics one that comes later in the model, where all joints have coordinates of their own."""
+    for name, joint in coupled.items():
+        mimic = joint.find("mimic")
+        assert mimic is not None
+        other = mimic.get("joint", "")
+        if free.getJointId(other) > free.getJointId(name):
+            k, b = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
+            law = f"multiplier {1 / k:g}, offset {-b / k + 0.0:g}"
+            change = f"let '{other}' mimic '{name}' ({law}), and give '{name}' no <mimic>"
+            raise InputError(f"the URDF's joint '{name}' mimics '{other}', which comes later; {change}")
 
 
 def own_joints(model: pin.Model) -> tuple[str, ...]:
@@ -117,7 +119,7 @@ def link(name: Any, model: pin.Model, kind: str) -> int:
         InputError: there is no such link; `kind` says what it was needed for.
     """
     if not model.existFrame(str(name), pin.FrameType.BODY):
-        raise unknown(kind, str(name), [frame.name for frame in model.frames if frame.type == pin.FrameType.BODY])
+        raise unknown_name(kind, str(name), [frame.name for frame in model.frames if frame.type == pin.FrameType.BODY])
     return model.getFrameId(str(name), pin.FrameType.BODY)
 
 
@@ -127,18 +129,8 @@ def coordinates(model: pin.Model, frame: int) -> tuple[int, ...]:
     return tuple(dict.fromkeys(model.idx_qs[joint] for joint in support if joint > 0))
 
 
-def _check_limits(model: pin.Model, names: tuple[str, ...]) -> None:
-    for name, low, high in zip(names, model.lowerPositionLimit, model.upperPositionLimit, strict=True):
-        if not -np.inf < low < high < np.inf:
-            raise InputError(f"joint '{name}' has the limits [{low:g}, {high:g}]; they must be finite and ordered")
-
-
-def _narrow(model: pin.Model, mimic: Mimic, limit: ElementTree.Element | None) -> None:
+def _narrow(model: pin.Model, mimic: Mimic, limit: ElementTree.Element) -> None:
     """Narrow the limits of the joint that a mimic follows to those between which the mimic keeps its own."""
-    if mimic.multiplier == 0:
-        raise InputError(f"joint '{mimic.name}' mimics with the multiplier 0; make it a fixed joint")
-    if limit is None:
-        return
     ends = [(float(limit.get(key, "nan")) - mimic.offset) / mimic.multiplier for key in ("lower", "upper")]
     i, (low, high) = mimic.joint, sorted(ends)
     model.lowerPositionLimit[i] = low = max(low, model.lowerPositionLimit[i])

@@ -4,7 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import ConvexHull
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull, cKDTree
 from scipy.spatial.transform import Rotation
 
 FloatArray = NDArray[np.float64]
@@ -44,13 +46,38 @@ class Mesh:
         a, b, c = np.moveaxis(self.vertices[self.faces], 1, 0)
         return np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
 
-    def welded(self) -> "Mesh":
-        """The mesh with equal vertices made one, without faces that lose a corner by it and vertices of no face."""
+    def welded(self, gap: float = 0.0) -> "Mesh":
+        """The mesh with vertices made one that are equal, or joined by steps of `gap` [m] at most.
+
+        Faces that lose a corner by it and vertices of no face are left out.
+        """
         merged, index = np.unique(self.vertices, axis=0, return_inverse=True)
+        if gap > 0:
+            near = cKDTree(merged).query_pairs(gap, output_type="ndarray")
+            steps = coo_array((np.ones(len(near)), near.T), (len(merged), len(merged)))
+            _, group = connected_components(steps, directed=False)
+            _, first = np.unique(group, return_index=True)
+            merged, index = merged[first], group.astype(np.int64)[index.reshape(-1)]
         faces = index.reshape(-1)[self.faces]
         faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
-        used, faces = np.unique(faces, return_inverse=True)
-        return Mesh(merged[used], faces.reshape(-1, 3))
+        return Mesh(merged, faces).compact()
+
+    def compact(self) -> "Mesh":
+        """The mesh without the vertices of no face."""
+        used, faces = np.unique(self.faces, return_inverse=True)
+        return Mesh(self.vertices[used], faces.reshape(-1, 3))
+
+    def parts(self) -> "list[Mesh]":
+        """The parts that share no vertex, in the order of their first faces."""
+        a, b = self.faces[:, [0, 1]].ravel(), self.faces[:, [1, 2]].ravel()
+        joined = coo_array((np.ones(len(a)), (a, b)), (len(self.vertices), len(self.vertices)))
+        part = connected_components(joined, directed=False)[1][self.faces[:, 0]]
+        _, first = np.unique(part, return_index=True)
+        return [Mesh(self.vertices, self.faces[part == part[i]]).compact() for i in np.sort(first)]
+
+    def inverted(self) -> "Mesh":
+        """The mesh with its faces turned over."""
+        return Mesh(self.vertices, self.faces[:, ::-1])
 
     def turned(self, quaternion: ArrayLike) -> "Mesh":
         """The body turned about the origin by a quaternion (4,), xyzw."""

@@ -1,5 +1,7 @@
 """Nodes of a YAML tree read as mappings, lists and arrays, with one-line errors that name the place."""
 
+import difflib
+import reprlib
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
@@ -10,13 +12,24 @@ from sgnlp.errors import InputError, unknown
 
 Array = NDArray[np.float64]
 
+LISTED = 12
+"""Valid names that are listed at most; of more, the nearest ones are."""
+
+
+def unknown_name(kind: str, name: str, valid: Collection[str]) -> InputError:
+    """An `InputError` for a name that is not known, with the valid ones, or the nearest of many."""
+    if len(valid) <= LISTED:
+        return unknown(kind, name, valid)
+    near = difflib.get_close_matches(name, valid, LISTED // 2, cutoff=0.0)
+    return InputError(f"unknown {kind} '{name}'; nearest of the {len(valid)} valid ones: {', '.join(near)}")
+
 
 def mapping(node: Any, where: str, keys: Collection[str]) -> dict[str, Any]:
     """The mapping `node`, holding exactly those keys."""
     data = any_mapping(node, where)
     for key in data:
         if key not in keys:
-            raise unknown(f"key in {where}", key, keys)
+            raise unknown_name(f"key in {where}", key, keys)
     for key in keys:
         if key not in data:
             raise InputError(f"{where}: the key '{key}' is missing")
@@ -37,12 +50,27 @@ def sequence(node: Any, where: str) -> list[Any]:
     return node
 
 
+def word(node: Any, where: str) -> str:
+    """`node` as a name: a text or a number."""
+    if isinstance(node, bool) or not isinstance(node, str | int | float) or not str(node).strip():
+        raise InputError(f"{where} must be a text, not {_shown(node)}; put quotes around it")
+    return str(node)
+
+
 def numbers(value: Any, shape: tuple[int, ...], where: str) -> Array:
     """`value` as a read-only array of finite numbers; a scalar fills the shape."""
     try:
+        if any(isinstance(entry, bool) for entry in np.asarray(value, object).ravel()):
+            raise ValueError("YAML's yes, no, on and off")
         return frozen(np.broadcast_to(np.asarray(value, float), shape))
     except (TypeError, ValueError):
-        raise InputError(f"{where} must be {shape[0]} finite numbers, not {value}") from None
+        count = "a finite number" if shape == (1,) else f"{shape[0]} finite numbers"
+        raise InputError(f"{where} must be {count}, not {_shown(value)}") from None
+
+
+def _shown(node: Any) -> str:
+    """A node in a message: short, whatever it holds."""
+    return reprlib.repr(node) if not isinstance(node, str) else node
 
 
 def positive(value: Any, where: str) -> float:

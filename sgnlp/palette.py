@@ -19,6 +19,8 @@ FINGERS: tuple[Colour, ...] = (BLUE, ORANGE, PURPLE, VERMILION, SKY)
 """Of the first finger of a hand, the second, and so on, and round again."""
 INK, GREY, STONE, PALE = (0.1, 0.1, 0.1), (0.45, 0.45, 0.47), (0.62, 0.64, 0.66), (0.9, 0.89, 0.87)
 """Points and texts, what has no colour of its own, a hand where it stands for all its links, the table."""
+AXES: dict[str, Colour] = {"x": (0.85, 0.1, 0.1), "y": (0.1, 0.6, 0.15), "z": (0.1, 0.25, 0.9)}
+"""Of the axes of a frame, as RViz and Pinocchio's viewers draw them."""
 LUMA = (0.2126, 0.7152, 0.0722)
 """Weights of red, green and blue in the lightness (ITU-R BT.709)."""
 LIGHTEST_DARK = 0.7

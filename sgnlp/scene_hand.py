@@ -1,6 +1,7 @@
 """A hand alone as a scene: its meshes and, over them, its spheres, at the reference pose and at the joint limits."""
 
 import numpy as np
+import pinocchio as pin
 
 from sgnlp import palette
 from sgnlp.hand import Hand
@@ -9,12 +10,16 @@ from sgnlp.handgeometry import ORIGIN
 from sgnlp.handmeshes import link_poses
 from sgnlp.kinematics import frames
 from sgnlp.scene3d import links
-from sgnlp.scene_parts import Label, Scene, Stage, View
+from sgnlp.scene_parts import FRAMES, Label, Scene, Shape, Stage, View
 from sgnlp.scene_shapes import spheres
 from sgnlp.sheets import Sheet
 
 SPHERE_OPACITY = 0.25
 """The meshes are seen through the spheres."""
+ROOT_AXIS, TIP_AXIS = 0.06, 0.03
+"""Length of the axes at the root link and at the tips [m]."""
+AXIS_WIDTH = 8.0
+"""Of an axis [pixel]."""
 
 
 def hand_scene(hand: Hand, examination: Examination) -> Scene:
@@ -39,4 +44,19 @@ def _view(hand: Hand, name: str, joints: np.ndarray, sheet: Sheet) -> View:
     )
     still = Stage("without object", np.eye(3), np.zeros(3), ())
     balls = tuple(spheres(hand, ORIGIN, joints, SPHERE_OPACITY))
-    return View(name, link_poses(hand, ORIGIN, joints), balls, (still,), labels, (sheet,))
+    return View(name, link_poses(hand, ORIGIN, joints), (*balls, *_axes(hand, joints)), (still,), labels, (sheet,))
+
+
+def _axes(hand: Hand, joints: np.ndarray) -> list[Shape]:
+    """The frames of the root link and of the tips' links, at the origin and in the middles of the pads."""
+    data = hand.model.createData()
+    pin.framesForwardKinematics(hand.model, data, joints)
+    links = [hand.model.getFrameId(finger.frame, pin.FrameType.BODY) for finger in hand.fingers]
+    turns = [np.eye(3), *(data.oMf[link].rotation for link in links)]
+    places = [np.zeros(3), *frames(hand, ORIGIN, joints)[0]]
+    lengths = [ROOT_AXIS, *[TIP_AXIS] * len(links)]
+    return [
+        Shape(FRAMES, np.stack([place, place + length * turn[:, i]]), np.array([[0, 1]]), colour, width=AXIS_WIDTH)
+        for place, turn, length in zip(places, turns, lengths, strict=True)
+        for i, colour in enumerate(palette.AXES.values())
+    ]

@@ -11,9 +11,9 @@ from sgnlp.sheets import Sheet
 
 Array = NDArray[np.float64]
 
-HAND, SURFACE, CLOUD, TABLE, AXES = "hand", "surface", "cloud", "table", "axes"
+HAND, SURFACE, CLOUD, TABLE, AXES, FRAMES = "hand", "surface", "cloud", "table", "axes", "frame axes"
 CONTACTS, NORMALS, CONES, SPRINGS, SPHERES = "contacts", "normals", "friction cones", "springs", "collision spheres"
-LAYERS = (HAND, SURFACE, CLOUD, CONTACTS, NORMALS, CONES, SPRINGS, SPHERES, TABLE, AXES)
+LAYERS = (HAND, SURFACE, CLOUD, CONTACTS, NORMALS, CONES, SPRINGS, SPHERES, FRAMES, TABLE, AXES)
 """What can be switched on and off."""
 AXIS = 0.05
 """Length of the axes that are drawn [m]."""
@@ -42,6 +42,7 @@ LEGEND = (
     Entry(SPRINGS, DIAMOND, palette.GREY, "pad's centre at the stage that is shown"),
     Entry(SPRINGS, CUBE, palette.GREY, "target of the spring"),
     Entry(SPHERES, BALL, palette.STONE, "collision sphere"),
+    *(Entry(FRAMES, LINE, colour, f"{axis} of the root link and of the tips") for axis, colour in palette.AXES.items()),
     Entry(TABLE, PATCH, palette.PALE, "table"),
     Entry(AXES, LINE, palette.INK, f"directions of the world frame, {100 * AXIS:.0f} cm long"),
 )

@@ -11,6 +11,8 @@ from sgnlp.cameras import DepthCamera, miscalibrated, view
 from sgnlp.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
 from sgnlp.errors import InputError
 from sgnlp.meshes import FloatArray, Mesh
+from sgnlp.repair import mended
+from sgnlp.solids import united
 
 VIEWS = 3
 POINT_RESOLUTION = 1e-5
@@ -21,6 +23,10 @@ MIN_SIZE = 0.01
 """[m] Shortest longest side of a body: as of a cloud that can be planned for."""
 MIN_FLATNESS = 1e-3
 """Least ratio of the third to the first singular value of the vertices: as of a cloud."""
+
+FAR = 1e4
+"""Largest distance from the origin over the longest side: single precision keeps 1/800 of the side there."""
+UNITS = {"mm": 0.001, "cm": 0.01, "inches": 0.0254}
 
 
 @dataclass(frozen=True)
@@ -78,26 +84,68 @@ RING, CAMERA = Ring(), DepthCamera()
 def body(vertices: ArrayLike, faces: ArrayLike, scale: float = 1.0) -> tuple[Mesh, list[str]]:
     """The mesh of vertices (U, 3) times `scale` [m] and faces (F, 3) as a body, and a note on all that was assumed.
 
-    Equal vertices are made one, and a closed mesh is turned right side out. Raises `InputError` for what is no
-    triangle mesh with some extent in all directions.
+    Equal vertices are made one; what is not closed is mended as far as `sgnlp.repair` can, what is closed becomes one
+    surface that faces outwards by `sgnlp.solids`. Raises `InputError` for what is no triangle mesh with some extent in
+    all directions, or holds a sheet beside the body.
     """
-    checked = clouds.mesh(vertices, faces)
-    assert checked is not None
     notes = [] if scale == 1.0 else [f"Multiplied all coordinates by {scale:g}."]
-    mesh = Mesh(checked[0] * scale, checked[1]).welded()
+    mesh = _triangles(vertices, faces)
+    mesh = Mesh(mesh.vertices * scale, mesh.faces).welded()
     if len(mesh.faces) == 0:
         raise InputError("has no triangle with three different corners")
-    spread = np.linalg.svd(mesh.vertices - mesh.vertices.mean(axis=0), compute_uv=False)  # (3,) descending
-    if spread[2] < MIN_FLATNESS * spread[0]:
+    if _is_flat(mesh):
         raise InputError("is flat; a body has some extent in all directions")
+    mesh, done = mended(mesh)
+    notes += done
     if mesh.open_edges:
+        _check_sheets(mesh)
         seen = "its faces are seen from both sides, and its volume is taken to be that of its convex hull"
         notes.append(f"The mesh is not watertight, {mesh.open_edges} of its edges do not join two faces: {seen}.")
         notes.append("A grasp of it can be planned, but not simulated.")
-    elif mesh.volume < 0:
-        mesh = Mesh(mesh.vertices, mesh.faces[:, ::-1])
-        notes.append("The faces turned inwards; they were turned over.")
-    return mesh, notes
+        return mesh, notes
+    mesh, done = united(mesh)
+    return mesh, notes + done
+
+
+def _triangles(vertices: ArrayLike, faces: ArrayLike) -> Mesh:
+    """The mesh, its faces of vertices that are there and finite, and not too far off for single precision."""
+    corners = clouds.floats(vertices, "mesh_vertices", (None, 3))
+    triangles = clouds.integers(faces, "mesh_faces", (None, 3))
+    outside = (triangles < 0) | (triangles >= len(corners))
+    if outside.any():
+        where = f"'mesh_faces' must lie in 0..{len(corners) - 1}, the rows of 'mesh_vertices'"
+        raise InputError(f"a face has the corner {triangles[outside][0]}: {where}; export the mesh again")
+    if not len(triangles):
+        raise InputError("has no triangle with three different corners")
+    mesh = Mesh(corners, triangles).compact()
+    wrong = int(np.sum(~np.isfinite(mesh.vertices).all(axis=1)))
+    if wrong:
+        raise InputError(f"{wrong} of its {len(mesh.vertices)} vertices are NaN or infinite; export the mesh again")
+    far, side = np.abs(mesh.vertices).max(), np.ptp(mesh.vertices, axis=0).max()
+    if len(mesh.vertices) > 1 and far > FAR * side:
+        where = f"up to {far:.4g}, and is {side:.4g} wide"
+        why = "single precision, which mesh files have, keeps no shape there"
+        raise InputError(f"lies too far from the origin, {where}: {why}; subtract an offset where it was exported")
+    return mesh
+
+
+def _is_flat(mesh: Mesh) -> bool:
+    spread = np.linalg.svd(mesh.vertices - mesh.vertices.mean(axis=0), compute_uv=False)  # (3,) descending
+    return bool(spread[2] < MIN_FLATNESS * spread[0])
+
+
+def _check_sheets(mesh: Mesh) -> None:
+    """Refuse a flat part of an open mesh that is wider than all the rest: a floor or a table, not the body."""
+    parts = mesh.parts()
+    sheets = [part for part in parts if len(part.vertices) < 3 or _is_flat(part)]
+    rest = [part.vertices for part in parts if not any(part is sheet for sheet in sheets)]
+    if not sheets or not rest:
+        return
+    widest = max(float(np.ptp(sheet.vertices, axis=0).max()) for sheet in sheets)
+    own = float(np.ptp(np.concatenate(rest), axis=0).max())
+    if widest > own:
+        found = f"a flat part {widest:.3g} m wide beside a body of {own:.3g} m"
+        raise InputError(f"holds {found}, as of a floor or table; delete it where the mesh was made")
 
 
 def scene(
@@ -147,7 +195,13 @@ def _check_size(mesh: Mesh, ring: Ring, camera: DepthCamera) -> None:
     widest = 2 * ring.distance_min * float(np.sin(camera.half_angle))
     if np.linalg.norm(sides) > widest:
         found = f"{np.linalg.norm(sides):.4g} m from corner to corner, and the images hold {widest:.2g} m"
-        raise InputError(f"the body is {found}; is it in mm (--scale 0.001)?")
+        fits = [f"{unit} (--scale {factor:g})" for unit, factor in UNITS.items() if _fits(sides * factor, widest)]
+        hint = f"is it in {' or '.join(fits)}?" if fits else "--scale multiplies all coordinates"
+        raise InputError(f"the body is {found}; {hint}")
     if sides.max() < MIN_SIZE:
         hint = "is its unit the metre? (--scale multiplies all coordinates)"
         raise InputError(f"the body is {sides.max():.4g} m wide, less than {MIN_SIZE:g} m; {hint}")
+
+
+def _fits(sides: FloatArray, widest: float) -> bool:
+    return bool(sides.max() >= MIN_SIZE and np.linalg.norm(sides) <= widest)

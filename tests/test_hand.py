@@ -12,6 +12,7 @@ from hands import BENT, MULTIPLIER, OFFSET, THREE, changed, coupled
 from sgnlp.errors import InputError
 from sgnlp.hand import Hand, available_hands, load_hand
 from sgnlp.kinematics import frames
+from sgnlp.nodes import unknown_name
 
 ORIGIN = np.array([0, 0, 0, 0, 0, 0, 1.0])
 MIRROR = np.diag([1.0, -1.0, 1.0])
@@ -219,11 +220,15 @@ def test_a_mimic_joint_has_no_coordinate_and_narrows_the_limits_of_the_one_it_fo
     assert hand.moving_angles(hand.upper)[-1] == pytest.approx(-0.5)
 
 
-def test_a_mimic_of_a_mimic_is_refused(tmp_path: Path):
+def test_a_mimic_of_a_mimic_follows_the_joint_at_the_end(tmp_path: Path):
     coupled(tmp_path)
     axis = '<axis xyz="0 0 -1"/>'
-    folder = changed(tmp_path, "hand.urdf", (axis, f'{axis}<mimic joint="b_curl"/>'))
-    assert "'c_bend' mimics 'b_curl', which mimics 'a_bend'; let both mimic that" in refusal(folder)
+    changed(tmp_path, "hand.urdf", (axis, f'{axis}<mimic joint="b_curl" multiplier="2" offset="0.1"/>'))
+    hand = load_hand(changed(tmp_path, "hand.yaml", (", c_bend: 0.2", "")))
+    chained = next(mimic for mimic in hand.mimics if mimic.name == "c_bend")
+    assert hand.joint_names[chained.joint] == "a_bend"
+    assert chained.multiplier == pytest.approx(2 * MULTIPLIER)
+    assert chained.offset == pytest.approx(2 * OFFSET + 0.1)
 
 
 def test_the_five_fingered_hand_has_fifteen_joints_and_five_that_follow():
@@ -249,6 +254,12 @@ def test_the_five_fingered_hand_has_fifteen_joints_and_five_that_follow():
         ("effort: 1.0", "effort: 0", "effort of joint 'a_slide' must be positive, not 0"),
         ("effort: 1.0", "efort: 1.0", "unknown key in the file 'efort'; valid: effort, fingers"),
         ("effort: 1.0\n", "", "the key 'effort' is missing"),
+        ("effort: 1.0", "effort: yes", "effort must be 9 finite numbers, not True"),
+        ("effort: 1.0", "effort: 1.0\neffort: 2.0", "the key 'effort' is there twice"),
+        ("effort: 1.0", "\teffort: 1.0", "has a tab; YAML is indented by spaces"),
+        ("name: three_fingers", "name: [a, b]", "name must be a text"),
+        ("tip: b_tip", "tip: a_tip", "fingers 'a' and 'b' have one tip, 'a_tip'; each has its own"),
+        ("b: b_pad", "b: a_pad", "the sphere 'a_pad' is the pad of two fingers"),
         ("tip: a_tip", "tip: a_nail", "tip of finger 'a' 'a_nail'; valid: a_link, a_slide, a_tip, b_link"),
         ("tip: a_tip", "tip: base", "finger 'a': no movable joint between the root and 'base'"),
         ("name: b,", "name: a,", "3 fingers given; at least 3 of different names"),
@@ -291,18 +302,76 @@ def test_a_wrong_file_is_refused_in_one_line(tmp_path: Path, old: str, new: str,
             '<limit lower="0.02" upper="0.02"',
             "'a_slide' has the limits [0.02, 0.02]",
         ),
-        ('name="a_bend" type="revolute"', 'name="a_bend" type="continuous"', "joint 'a_bend' is JointModelRUBY"),
+        ('name="a_bend" type="revolute"', 'name="a_bend" type="continuous"', "'a_bend' is continuous, without an end"),
+        ('name="a_bend" type="revolute"', 'name="a_bend" type="floating"', "hand.urdf: joint 'a_bend' is floating"),
+        ('lower="-0.01" upper="0.02"', 'lower="0.02" upper="-0.01"', "lower must be below upper: swap them"),
+        ('lower="-0.01" upper="0.02"', 'lower="-0,01" upper="0.02"', "lower of <limit> must be a finite number"),
+        ('<limit lower="-0.01" upper="0.02" effort="1" velocity="1"/>', "", "joint 'a_slide' has no <limit>"),
+        (BENT, f'{BENT}<mimic joint="b_curl"/>', "joint 'b_curl' mimics itself; remove its <mimic>"),
+        (BENT, f'{BENT}<mimic joint="c_bend"/>', "let 'c_bend' mimic 'b_curl' (multiplier 1, offset 0)"),
+        ('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', "xyz of <axis> must not be 0"),
+        ('<parent link="base"/>', '<parent link="bass"/>', "unknown parent of joint 'a_slide' 'bass'; valid: a_link"),
+        ('<link name="base"/>', '<link name="base"/><link name="more"/>', "has 2 root links, 'base', 'more'"),
+        ('<link name="base"/>', '<link name="base"/><link name="base"/>', "two links have the name 'base'"),
+        (
+            "</robot>",
+            '<xacro:include filename="x"/></robot>',
+            "hand.urdf is xacro; expand it (pip install xacro; xacro",
+        ),
+        ('xyz="0.04 0 0"', 'xyz="${far} 0 0"', "hand.urdf is xacro, it has '${far} 0 0'; expand it"),
+        (
+            '<robot name="three_fingers">',
+            '<robot name="three_fingers">ä'.replace("ä", "<a>"),
+            "no URDF that can be read",
+        ),
         (BENT, f'{BENT}<mimic joint="a_bend" multiplier="0"/>', "'b_curl' mimics with the multiplier 0"),
         (
             BENT,
             f'{BENT}<mimic joint="a_bend" offset="9"/>',
             "the limits of 'b_curl' leave nothing of those of 'a_bend'",
         ),
-        (BENT, f'{BENT}<mimic joint="nobody"/>', "hand.urdf is no URDF that can be read: The parent joint"),
+        (BENT, f'{BENT}<mimic joint="nobody"/>', "unknown joint that 'b_curl' mimics 'nobody'; valid: a_bend"),
     ],
 )
 def test_a_urdf_that_cannot_be_planned_with_is_refused(tmp_path: Path, old: str, new: str, message: str):
     assert message in refusal(changed(tmp_path, "hand.urdf", (old, new)))
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        lambda text: b"\xef\xbb\xbf" + text.encode(),
+        lambda text: text.replace("\n", "\r\n").encode(),
+        lambda text: text.replace("Three", "Drei für").encode(),
+        lambda text: text.replace('<?xml version="1.0"?>', '<?xml version="1.0" encoding="UTF-16"?>').encode("utf-16"),
+    ],
+    ids=["byte order mark", "Windows line ends", "umlaut", "UTF-16"],
+)
+def test_a_urdf_in_any_encoding_is_the_same_hand(tmp_path: Path, written):
+    folder = changed(tmp_path, "hand.urdf")
+    text = (folder / "hand.urdf").read_text(encoding="utf-8")
+    (folder / "hand.urdf").write_bytes(written(text))
+    ours, theirs = (frames(h, ORIGIN, h.reference)[0] for h in (load_hand(folder), load_hand(THREE)))
+    np.testing.assert_array_equal(ours, theirs)
+
+
+def test_what_a_urdf_leaves_out_is_filled_in(tmp_path: Path):
+    folder = changed(
+        tmp_path,
+        "hand.urdf",
+        ('effort="1" velocity="1"', ""),
+        ('<link name="base"/>', '<link name="base"><inertial><mass value="1"/></inertial></link>'),
+        ("</robot>", '<transmission name="t"><joint name="a_bend"/></transmission></robot>'),
+    )
+    hand = load_hand(folder)
+    assert hand.joint_names == load_hand(THREE).joint_names
+    assert 'ixx="0"' in hand.description
+    assert "transmission" not in hand.description
+
+
+def test_of_many_names_the_nearest_are_listed(tmp_path: Path):
+    with pytest.raises(InputError, match=r"unknown link 'ab9'; nearest of the 50 valid ones: ab(\d+, ab){5}\d+$"):
+        raise unknown_name("link", "ab9", [f"ab{i}" for i in range(50)])
 
 
 def test_unknown_hands_and_presets_list_the_valid_ones(tmp_path: Path):

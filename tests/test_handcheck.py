@@ -9,10 +9,11 @@ from pathlib import Path
 import pytest
 from hands import BENT, THREE, changed, coupled
 
-from sgnlp import handcheck, handgeometry
+from sgnlp import handfindings, handgeometry
 from sgnlp.cli import run
 from sgnlp.errors import SgnlpError
-from sgnlp.handcheck import Finding, examine
+from sgnlp.handcheck import examine
+from sgnlp.handfindings import Finding
 
 BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 FLAGS = "--headless=new --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --enable-logging=stderr"
@@ -84,7 +85,35 @@ def test_kinematics_that_are_not_pinocchios_are_wrong(monkeypatch: pytest.Monkey
 def test_a_mesh_that_is_not_there_is_wrong(tmp_path: Path):
     mesh = '<visual><geometry><mesh filename="palm.stl"/></geometry></visual>'
     folder = changed(tmp_path, "hand.urdf", ('<link name="base"/>', f'<link name="base">{mesh}</link>'))
+    assert "link 'base': the mesh 'palm.stl' is not there; valid are" in wrong(folder)["links"]
+
+
+def test_a_mesh_that_is_damaged_is_wrong(tmp_path: Path):
+    mesh = '<visual><geometry><mesh filename="palm.stl"/></geometry></visual>'
+    folder = changed(tmp_path, "hand.urdf", ('<link name="base"/>', f'<link name="base">{mesh}</link>'))
+    (folder / "palm.stl").write_bytes(b"x" * 100)
     assert "a mesh of hand.urdf cannot be read" in wrong(folder)["meshes"]
+    (folder / "palm.stl").write_bytes(b"version https://git-lfs.github.com/spec/v1")
+    assert "git lfs pull" in wrong(folder)["links"]
+
+
+def test_fingers_that_are_named_in_another_order_than_they_stand_are_to_be_looked_at(tmp_path: Path):
+    folder = Path(shutil.copytree(URDF / "dlr_hit_right", tmp_path / "hand"))
+    text = (folder / "hand.yaml").read_text(encoding="utf-8")
+    for old, new in (
+        ("{name: index, tip: index_tip", "{name: index, tip: ring_tip"),
+        ("{name: ring, tip: ring_tip", "{name: ring, tip: index_tip"),
+        (
+            "pads: {index: index_tip, middle: middle_tip, ring: ring_tip",
+            "pads: {index: ring_tip, middle: middle_tip, ring: index_tip",
+        ),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "hand.yaml").write_text(text, encoding="utf-8")
+    told = finding(folder, "order of the fingers")
+    assert told.verdict == "look"
+    assert told.found == "'index' is not beside the thumb: from the thumb on ring, middle, index, little"
 
 
 @pytest.mark.parametrize(
@@ -93,6 +122,8 @@ def test_a_mesh_that_is_not_there_is_wrong(tmp_path: Path):
         ("hand.yaml", "effort: 1.0", "effort: 15", "largest effort", "15 N m of 'a_slide'"),
         ("hand.yaml", "position: [0, 0, 0.1]", "position: [0, 0, 0.4]", CUBE, "start 1"),
         ("hand.yaml", "a_pad: {link: a_tip, centre: [0.01,", "a_pad: {link: a_tip, centre: [0,", "pad of a", "8 mm"),
+        ("hand.urdf", 'lower="-0.5" upper="1.5"', 'lower="-0.5" upper="75"', "widest limits", "75 rad of 'a_bend'"),
+        ("hand.yaml", "offset: [0, 0.002, 0.03]", "offset: [0, 0.1, 0.03]", "place of the pad of b", "mm off"),
         ("hand.yaml", "[[a_pad, b_pad], [a_bone, c_pad]]", "[]", "pairs at the reference", "none"),
         ("hand.urdf", 'name="a_slide" type="prismatic"', 'name="a_slide" type="fixed"', "chain of a", "a_bend, a_curl"),
         (
@@ -140,7 +171,7 @@ def test_the_command_tells_every_check_and_ends_with_0(capfd: pytest.CaptureFixt
 def test_the_command_ends_with_3_where_something_is_wrong(capfd: pytest.CaptureFixture[str], tmp_path: Path):
     folder = changed(tmp_path, "hand.urdf", (BENT, f'{BENT}<mimic joint="b_curl"/>'))
     assert run(["check-hand", str(folder)]) == 3
-    assert "wrong  joints: joint 'b_curl' mimics" in capfd.readouterr().out
+    assert "wrong  links: hand.urdf: joint 'b_curl' mimics itself" in capfd.readouterr().out
     for missing in ("nothing", str(tmp_path)):
         assert run(["check-hand", missing]) == 3
         assert f"'{missing}' is no folder holding hand.yaml" in capfd.readouterr().err
@@ -173,4 +204,4 @@ def test_the_page_draws_hand_and_spheres_without_an_error(tmp_path: Path):
 
 
 def test_limits_that_are_named_are_those_of_the_module():
-    assert finding(URDF / "allegro_left", "largest effort").valid.endswith(f"{handcheck.MAX_EFFORT:g} N m is rare")
+    assert finding(URDF / "allegro_left", "largest effort").valid.endswith(f"{handfindings.MAX_EFFORT:g} N m is rare")

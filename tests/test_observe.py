@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from test_cameras import BOX
 
-from sgnlp import load
+from sgnlp import load, open3d_files
 from sgnlp.cli import codes, run
+from sgnlp.errors import InputError
 from sgnlp.meshes import Mesh
 
 
@@ -66,6 +67,41 @@ def test_other_formats_are_read_alike_and_millimetres_with_a_scale(suffix, capfd
         mesh = Mesh(arrays["mesh_vertices"].astype(float), arrays["mesh_faces"].astype(int))
     assert len(mesh.vertices) == 8  # the corners of an STL's triangles are joined
     assert mesh.volume == pytest.approx(0.08**3, rel=1e-4)
+
+
+def test_polygons_are_cut_into_triangles_concave_ones_too():
+    corners = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
+    lines = [f"v {x} {y} {z}" for z in (0, 1) for x, y in corners]
+    lines += ["f 6 5 4 3 2 1", "f 7 8 9 10 11 12", *(f"f {i} {i % 6 + 1} {i % 6 + 7} {i + 6}" for i in range(1, 7))]
+    Path("ell.obj").write_text("\n".join(lines), encoding="utf-8")
+    vertices, faces = open3d_files.triangles(Path("ell.obj"))
+    mesh = Mesh(vertices, faces).welded()
+    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
+    assert (len(mesh.faces), mesh.open_edges, mesh.volume) == (20, 0, pytest.approx(3))
+    assert np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2 == pytest.approx(14)  # no triangle outside
+
+
+def test_what_is_up_in_gltf_is_up_in_the_scene():
+    trimesh = pytest.importorskip("trimesh")
+    trimesh.Trimesh(BOX.vertices * [1, 1.25, 0.5], BOX.faces, process=False).export("box.glb")
+    vertices, _ = open3d_files.triangles(Path("box.glb"))
+    np.testing.assert_allclose(np.ptp(vertices, axis=0), np.ptp(BOX.vertices * [1, 0.5, 1.25], axis=0), rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("c.obj", b"v 0,5 0 0\n", r"has decimal commas \(line 1\)"),
+        ("c.obj", b"v 0 0 0\nf 1 2\n", r"less than three corners \(line 2\)"),
+        ("c.stl", b"\0" * 80 + b"\2\0\0\0" + b"\0" * 150, "says that it has 2 faces, and holds 3"),
+        ("c.dae", b"", "is of the format Collada, which is not read; save it as .obj"),
+        ("c.3mf", b"", "is of the format 3MF"),
+    ],
+)
+def test_what_a_reader_would_misread_is_refused(name: str, content: bytes, message: str):
+    Path(name).write_bytes(content)
+    with pytest.raises(InputError, match=message):
+        open3d_files.triangles(Path(name))
 
 
 def test_an_open_mesh_is_taken_and_remarked_upon(capfd):

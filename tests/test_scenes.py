@@ -86,7 +86,7 @@ def test_calibration_errors_move_each_view_as_a_whole():
 @pytest.mark.parametrize(
     ("size", "message"),
     [
-        (10.0, r"1.386 m from corner to corner, and the images hold 0.33 m; is it in mm \(--scale 0.001\)"),
+        (10.0, r"1.386 m from corner to corner, and the images hold 0.33 m; is it in inches \(--scale 0.0254\)"),
         (0.1, r"0.008 m wide, less than 0.01 m; is its unit the metre\?"),
     ],
 )
@@ -122,7 +122,7 @@ def test_whatever_is_assumed_of_a_mesh_is_noted():
         (BOX.vertices * [1, 1, 0], BOX.faces, "is flat"),
         (BOX.vertices, BOX.faces * 0, "no triangle with three different corners"),
         (BOX.vertices, BOX.faces + 1, "'mesh_faces' must lie in 0..7"),
-        (BOX.vertices * np.nan, BOX.faces, "'mesh_vertices' must be finite"),
+        (BOX.vertices * np.nan, BOX.faces, "8 of its 8 vertices are NaN or infinite"),
     ],
 )
 def test_what_is_no_body_is_refused(vertices, faces, message):

@@ -23,7 +23,7 @@ DROPS = 20  # from as many random orientations before a body is given up that ne
 
 @dataclass
 class Observe(Checked):
-    """Put a mesh (.obj, .stl, .ply, .off) on a table and see it with simulated depth cameras, as a problem file."""
+    """Put a mesh (.obj .stl .ply .off .glb .gltf) on a table and see it with simulated depth cameras: a problem."""
 
     valid: ClassVar[dict[str, Interval]] = {
         **dict.fromkeys(("views", "scale", "mass", "friction"), POSITIVE),
@@ -31,7 +31,7 @@ class Observe(Checked):
     }
 
     file: tyro.conf.Positional[Path]
-    """the mesh: z up, metres"""
+    """the mesh: z up (glTF: y up, as it says), metres"""
     out: Path | None = None
     """the problem file; NAME.npz here if not given"""
     views: int = scenes.VIEWS

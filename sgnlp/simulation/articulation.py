@@ -1,6 +1,6 @@
 """The hand as MuJoCo moves it, from its URDF."""
 
-import re
+import xml.etree.ElementTree as ElementTree
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -9,9 +9,16 @@ import numpy as np
 
 from sgnlp.hand import Hand
 from sgnlp.handfile import Finger
+from sgnlp.handmeshes import link_meshes, mesh_files
 from sgnlp.simulation.scene import HIDDEN, SHOWN, impedance, touchable
 from sgnlp.simulation.settings import SimulationSettings
 
+OPTIONS = 'strippath="false" fusestatic="false" discardvisual="false" balanceinertia="true"'
+"""Of MuJoCo for reading a URDF."""
+WORLD = "world"
+"""MuJoCo's name for what does not move: a link of that name gets another."""
+STL_HEAD, STL_FACE, MOST_FACES = 84, 50, 200_000
+"""Bytes of a binary STL before its faces and of each of them, and how many of them MuJoCo reads."""
 HULL_VERTICES = 64
 """Vertices of a link's convex hull at most."""
 TIP_SCALE = 0.99
@@ -26,20 +33,15 @@ joint that should stand turns by less than 1 mrad/s."""
 def articulation(hand: Hand, settings: SimulationSettings) -> Any:
     """A `mujoco.MjSpec` of the hand, its root link fixed, gravity compensated.
 
-    The links collide as the convex hulls of the URDF's meshes: its boxes reach past the pads. A link without a mesh
-    collides as the URDF says. Each tip has the pad of the hand's description, a sphere; each joint the effort, and
-    what mimics another joint that of the other.
+    The links collide as the convex hulls of what the URDF shows: its collision boxes reach past the pads, and count
+    only where a link shows nothing. Each tip has the pad of the hand's description, a sphere; each joint the effort,
+    and what mimics another joint that of the other.
     """
-    import mujoco
-
-    spec = mujoco.MjSpec.from_string(_urdf(hand.urdf))
+    spec = _read(hand)
     spec.compiler.boundmass, spec.compiler.boundinertia = LEAST_MASS, LEAST_INERTIA
-    for mesh in spec.meshes:
-        mesh.maxhullvert = HULL_VERTICES
-        mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
     for link in spec.bodies[1:]:
         link.gravcomp = 1.0
-        _solidify(spec, link, settings)
+        _solidify(link, settings)
     for finger in hand.fingers:
         _cushion(spec, finger, settings)
     efforts = [*hand.effort, *(hand.effort[mimic.joint] for mimic in hand.mimics)]
@@ -61,29 +63,53 @@ def centre(finger: str) -> str:
     return f"tip/{finger}"
 
 
-def _urdf(file: Path) -> str:
-    """The URDF's text, with the paths of its meshes made absolute and MuJoCo's options for reading it."""
+def _read(hand: Hand) -> Any:
+    """A `mujoco.MjSpec` of the URDF, with an asset for each file, scale and, drawn back, for those of the tips."""
+    import mujoco
 
-    def absolute(match: re.Match[str]) -> str:
-        package, _, inner = match[1].partition("/")
-        return str(next((folder for folder in file.parents if folder.name == package), file.parent) / inner)
+    robot = ElementTree.fromstring(hand.description)
+    robot.insert(0, ElementTree.fromstring(f"<mujoco><compiler {OPTIONS}/></mujoco>"))
+    for part in robot.iter():
+        for attribute in ("name", "link"):
+            if part.tag in ("link", "parent", "child") and part.get(attribute) == WORLD:
+                part.set(attribute, f"{WORLD}_")
+    tips = {finger.frame for finger in hand.fingers}
+    assets: dict[tuple[str, tuple[float, ...], bool], str] = {}
+    for link in robot.findall("link"):
+        for mesh in link.iter("mesh"):
+            scale = tuple(float(word) for word in mesh.get("scale", "1 1 1").split())
+            key = mesh.get("filename", ""), scale, link.get("name") in tips
+            mesh.set("filename", f"{assets.setdefault(key, f'mesh{len(assets)}')}.stl")
+    spec = mujoco.MjSpec.from_string(ElementTree.tostring(robot, encoding="unicode"))
+    meshes = dict(zip(mesh_files(hand), link_meshes(hand)[0], strict=True)) if assets else {}
+    for (file, scale, tip), name in assets.items():
+        asset = spec.mesh(name)
+        if _binary_stl(Path(file)):
+            asset.file = file
+        else:
+            asset.file, asset.scale = "", np.ones(3)
+            asset.uservert, asset.userface = meshes[file, scale].vertices.ravel(), meshes[file, scale].faces.ravel()
+        asset.maxhullvert = HULL_VERTICES
+        asset.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+        if tip:
+            asset.scale = TIP_SCALE * asset.scale
+    return spec
 
-    options = 'strippath="false" fusestatic="false" discardvisual="false" balanceinertia="true"'
-    compiler = f'<mujoco><compiler meshdir="{file.parent}" {options}/></mujoco>'
-    text = re.sub(r"package://([^\"']+)", absolute, file.read_text(encoding="utf-8"))
-    return re.sub(r"(<robot\b[^>]*>)", lambda match: match[1] + compiler, text, count=1)
+
+def _binary_stl(file: Path) -> bool:
+    """Whether a mesh is what MuJoCo reads itself: it has readers for fewer formats than what shows the hand."""
+    with file.open("rb") as stream:
+        head = stream.read(STL_HEAD)
+    count = int.from_bytes(head[-4:], "little")
+    return file.stat().st_size == STL_HEAD + STL_FACE * count and 0 < count <= MOST_FACES
 
 
-def _solidify(spec: Any, link: Any, settings: SimulationSettings) -> None:
-    """Collide and weigh a link by its meshes, or by the URDF's collision geometry where there are none.
+def _solidify(link: Any, settings: SimulationSettings) -> None:
+    """Collide and weigh a link by all that the URDF shows of it.
 
     Its mass is spread over them: the URDF's inertias are placeholders, some of no possible body.
     """
-    meshes = [geom for geom in link.geoms if not geom.contype]  # MuJoCo reads visual geometry as not colliding
-    solid = meshes or list(link.geoms)
-    for geom in link.geoms:
-        if geom not in solid:
-            spec.delete(geom)
+    solid = list(link.geoms)
     link.explicitinertial = not solid
     for geom in solid:
         geom.mass, geom.group = link.mass / len(solid), SHOWN
@@ -96,9 +122,7 @@ def _cushion(spec: Any, finger: Finger, settings: SimulationSettings) -> None:
 
     tip, kind = spec.body(finger.frame), mujoco.mjtGeom.mjGEOM_SPHERE
     for geom in tip.geoms:
-        if geom.meshname:
-            spec.mesh(geom.meshname).scale = np.full(3, TIP_SCALE)
-        else:
+        if not geom.meshname:
             geom.size = TIP_SCALE * np.array(geom.size)
     place = {"pos": finger.offset, "size": [finger.radius, 0, 0]}
     touchable(tip.add_geom(name=pad(finger.name), type=kind, mass=0, group=HIDDEN, **place), settings)
@@ -142,4 +166,4 @@ def _exclude(spec: Any) -> None:
 
 def _line(link: Any) -> list[str]:
     """Names of a link and of its ancestors down to the root link."""
-    return [link.name, *(_line(link.parent) if link.parent.name != "world" else [])]
+    return [link.name, *(_line(link.parent) if link.parent.name != WORLD else [])]
