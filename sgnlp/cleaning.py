@@ -26,8 +26,8 @@ SAME = 1e-6
 REPEATS = 10
 """As often as this, and as many times more often than points usually come, a value is a mark and not a measurement."""
 MARK_GAP = 0.1
-"""A repeated extreme of one coordinate is a mark if it is as far as this from all others [m]: the table under the top of
-a body, which may be level to the last bit too, is nearer."""
+"""A repeated extreme of one coordinate is a mark if it is as far as this from all others [m]: the table under a body's
+top, which may be level to the last bit too, is nearer."""
 MARKS_NAMED = 3
 """Of the marks that are found, so many are told."""
 UNITS = {"mm": 0.001, "cm": 0.01, "inches": 0.0254}
@@ -108,9 +108,10 @@ class Cleaning:
             self.notes.append(f"Multiplied all coordinates by {factor:g}.")
         with np.errstate(over="ignore", invalid="ignore"):
             self.points = self.points * factor
-        self.keep(np.isfinite(self.points).all(axis=1), "are NaN or infinite")
+        finite: NDArray[np.bool_] = np.isfinite(self.points).all(axis=1)
+        self.keep(finite, "are NaN or infinite")
         limit = self.settings.max_coordinate
-        valid = np.all(np.abs(self.points) <= limit, axis=1)
+        valid: NDArray[np.bool_] = (np.abs(self.points) <= limit).all(axis=1)
         share = 1.0 - valid.mean()
         if share > self.settings.max_invalid_share:
             raise InputError(f"{share:.0%} of the points are too far from the origin, beyond {limit:g} m")
@@ -123,10 +124,12 @@ class Cleaning:
 
         Such are zeros and other marks for "no return", whether they were moved to the world with the rest or not.
         """
-        _, first, cell, number = np.unique(_cells(self.points), return_index=True, return_inverse=True, return_counts=True)
+        _, first, cell, number = np.unique(
+            _cells(self.points), return_index=True, return_inverse=True, return_counts=True
+        )
         often = number >= REPEATS * max(1.0, float(np.median(number)))
         for c in np.flatnonzero(often)[:MARKS_NAMED]:
-            point = ", ".join(f"{x:.4g}" for x in self.points[first[c]])
+            point = ", ".join(f"{x:.5g}" for x in self.points[first[c]])
             self.notes.append(f"({point}) stands for no return: it comes {number[c]} times.")
         self.keep(~often[cell], "are the same as many others")
         for axis, letter in enumerate("xyz"):
@@ -141,7 +144,7 @@ class Cleaning:
         rest = value[~same]
         on_table = letter == "z" and table is not None and abs(side * least - table) < MARK_GAP
         if same.sum() >= REPEATS and rest.size and rest.min() >= least + MARK_GAP and not on_table:
-            self.keep(~same, f"have {letter} = {side * least:.4g} m, a mark for no return")
+            self.keep(~same, f"have {letter} = {side * least:.5g} m, a mark for no return")
 
     def drop_copies(self, raw: FloatArray) -> None:
         """Drops all but one of equal points; refuses too few different ones, and rounded ones by their `raw` values."""
@@ -234,7 +237,7 @@ def _usual(width: float) -> bool:
 
 
 def _cells(points: FloatArray) -> NDArray[np.int64]:
-    """A number (n,) for the cube of edge `SAME` that a point is in: the same for the same cube, by chance for no other."""
+    """A number (n,) for the cube of edge `SAME` that a point is in, a hash of its place."""
     cell = np.round((points - np.median(points, axis=0)) / SAME).astype(np.int64)
     with np.errstate(over="ignore"):
         return cell @ np.array([1, 0x9E3779B97F4A7C15 - 2**64, 0x517CC1B727220A95])

@@ -19,8 +19,9 @@ NUMBERS = ("table_height", "mass", "friction")  # keys of single numbers
 TEXTS = ("name", "half")  # keys of texts; the half of a problem set is choosing or reporting
 OPTIONAL_KEYS = ("view", "camera_positions", "mesh_vertices", "mesh_faces", *NUMBERS, *TEXTS)
 ATTRIBUTES = frozenset(
-    "rgb rgba bgr color colors colour colours normal normals intensity intensities label labels mask class classes "
-    "segment segments semantic instance instances id ids index indices uv confidence feature features".split()
+    ("rgb", "rgba", "bgr", "color", "colors", "colour", "colours", "normal", "normals", "intensity", "intensities")
+    + ("label", "labels", "mask", "class", "classes", "segment", "segments", "semantic", "instance", "instances")
+    + ("id", "ids", "index", "indices", "uv", "confidence", "feature", "features")
 )
 """What `points_<word>` holds beside the coordinates of the same points, where <word> is no camera."""
 EXPECTED = (
@@ -230,7 +231,9 @@ def _arrays(path: Path) -> dict[str, object] | NDArray[np.generic]:
                     arrays[key] = file[key]
         except Exception as error:  # a damaged zip or array header can raise almost anything
             if "allow_pickle" in str(error):
-                said = CONVERT.format(file=path.name, how="d.item()" if single else "{k: v.tolist() for k, v in d.items()}")
+                said = CONVERT.format(
+                    file=path.name, how="d.item()" if single else "{k: v.tolist() for k, v in d.items()}"
+                )
                 raise InputError(said if single else f"'{key}' {said}") from error
             reason = (str(error).splitlines() or [type(error).__name__])[0]
             raise InputError(f"is a damaged {'npy' if single else 'npz'} ({key}: {reason})") from error
@@ -286,7 +289,8 @@ def _is_attribute(word: str, array: NDArray[np.generic]) -> bool:
     """By its name, as bytes, which are colours, or by rows of length 1, which are normals."""
     if word in ATTRIBUTES or array.dtype == np.uint8:
         return True
-    return array.dtype.kind == "f" and array.ndim == 2 and array.shape[1:] == (3,) and len(array) > 0 and directions(array)
+    rows_of_three = array.dtype.kind == "f" and array.ndim == 2 and array.shape[1] == 3 and len(array) > 0
+    return rows_of_three and directions(array.astype(np.float64))
 
 
 def _offer(arrays: dict[str, object]) -> str:

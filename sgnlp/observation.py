@@ -71,9 +71,13 @@ def load(
     frame to the world's [m]. Raises `InputError`, one line that begins with the path.
     """
     names = None if views is None else list(views)
-    reading = {"views": names, "scale": scale, "table_height": table_height, "settings": asdict(settings)}
-    others = {"key": key, "up": up, "pose": None if pose is None else list(pose)}
-    reading |= {name: value for name, value in others.items() if value != (UNTURNED if name == "up" else None)}
+    reading: dict[str, Any] = {
+        "views": names,
+        "scale": scale,
+        "table_height": table_height,
+        "settings": asdict(settings),
+    }
+    reading |= {"key": key, "up": up, "pose": None if pose is None else list(pose)}
     try:
         raw = clouds.read(path, key)
         turn = world_pose(up, pose)
@@ -227,8 +231,8 @@ def _check_cameras(positions: FloatArray | None, table: float) -> None:
     if positions is not None and (positions[:, 2] < table).any():
         lowest = float(positions[:, 2].min())
         raise InputError(
-            f"a camera at z = {lowest:.3f} m is below the table at {table:.3f} m: are the coordinates a camera's own, or "
-            "is another axis up? Give --pose or --up"
+            f"a camera at z = {lowest:.3f} m is below the table at {table:.3f} m: are the coordinates a camera's own "
+            "(--pose), or is another axis up (--up)?"
         )
 
 

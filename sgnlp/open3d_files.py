@@ -84,4 +84,3 @@ def _read(path: Path, kind: str) -> dict[str, NDArray[np.float64]]:
         raise InputError(f"is a damaged {path.suffix} file: Open3D cannot read all of it")
     with np.load(io.BytesIO(child.stdout), allow_pickle=False) as arrays:
         return {key: arrays[key] for key in arrays.files}
-

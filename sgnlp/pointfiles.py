@@ -83,11 +83,11 @@ def _pcd_header(content: bytes) -> _PcdHeader:
         raise InputError(f"is a damaged .pcd file: its header lacks or garbles a line ({error})") from error
     _named(fields)
     offsets = np.cumsum([0, *(size * n for _, size, _, n in per_field)])
-    places = [(name, f"<{kind}{size}", int(at)) for (name, size, kind, _), at in zip(per_field, offsets, strict=False)]
-    chosen = [next(place for place in places if place[0] == name) for name in COORDINATES]
+    formats = [f"<{kind}{size}" for _, size, kind, _ in per_field]
+    at = [fields.index(name) for name in COORDINATES]
     try:
-        names, formats, at = ([place[i] for place in chosen] for i in range(3))
-        dtype = np.dtype({"names": names, "formats": formats, "offsets": at, "itemsize": int(offsets[-1])})
+        places = {"offsets": [int(offsets[i]) for i in at], "itemsize": int(offsets[-1])}
+        dtype = np.dtype({"names": list(COORDINATES), "formats": [formats[i] for i in at]} | places)  # type: ignore
     except (TypeError, ValueError) as error:
         raise InputError(f"is a damaged .pcd file: no number has {', '.join(formats)}") from error
     columns = tuple(name for name, _, _, n in per_field for _ in range(n))

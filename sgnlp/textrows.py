@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,8 +15,9 @@ Array = NDArray[np.float64]
 COMMENTS = ("#", "//", "%", "!")
 COORDINATES = ("x", "y", "z")
 MAX_BROKEN_SHARE = 0.2
-"""Largest share of the lines that may hold fewer or more numbers than the others: beyond it the file itself is broken."""
+"""Largest share of the lines that may hold fewer or more numbers than the others; beyond it the file is broken."""
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+\.\d*")
 NO_NUMBER = {"", "-", "--", "---", "*", "na", "n/a", "#n/a", "none", "null", "nil", "inf", "-inf", "nan", "-nan"}
 """Words, in lower case, for "no return"."""
 INTEGER = re.compile(r"[+-]?\d+")
@@ -56,12 +57,14 @@ def _decoded(content: bytes) -> str:
     return content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig", errors="replace")
 
 
-def _splitter(lines: Sequence[str]) -> tuple[type | object, list[str]]:
+def _splitter(lines: Sequence[str]) -> tuple[Callable[[str], list[str]], list[str]]:
     """How a line becomes its fields, by the separator and decimal mark that the lines have."""
     if not any("," in line or ";" in line for line in lines):
         return str.split, []
     parts = [re.split(r"[;\s]+", line.rstrip(",; \t")) for line in lines]
     stripped = [[part.rstrip(",") for part in line] for line in parts]
+    if any(len(line) >= 3 and any(map(THOUSANDS.fullmatch, line)) for line in parts):
+        raise InputError("has commas between thousands; write the numbers without them")
     comma = sum(len(line) > 1 and any(map(DECIMAL_COMMA.fullmatch, line)) for line in stripped)
     point = sum("." in line and any(character.isdigit() for character in line) for line in lines)
     if comma and point:
@@ -71,7 +74,9 @@ def _splitter(lines: Sequence[str]) -> tuple[type | object, list[str]]:
     if comma:
         return _decimal_commas, ["Read the commas as decimal marks."]
     if not point and _halves([line.split(",") for line in lines]):
-        raise InputError("has commas both as decimal marks and between the numbers; write decimal points, or semicolons")
+        raise InputError(
+            "has commas both as decimal marks and between the numbers; write decimal points, or semicolons"
+        )
     name = "semicolons" if any(";" in line for line in lines) else "commas"
     return _separated, [f"Read {name} as separators."]
 
@@ -90,7 +95,11 @@ def _halves(fields: list[list[str]]) -> bool:
     if not body or len(body) < len(fields) - 1:
         return False
     lengths = {len(line[i]) for line in body for i in (1, 3, 5)}
-    return len(lengths) == 1 and max(lengths) > 1 and all(len(line[i].lstrip("+-")) < 4 for line in body for i in (0, 2, 4))
+    return (
+        len(lengths) == 1
+        and max(lengths) > 1
+        and all(len(line[i].lstrip("+-")) < 4 for line in body for i in (0, 2, 4))
+    )
 
 
 def _headed(fields: list[list[str]]) -> tuple[list[list[str]], Sequence[str], int | None]:

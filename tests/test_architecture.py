@@ -10,15 +10,15 @@ import pytest
 PACKAGE = Path(__file__).parents[1] / "sgnlp"
 STAGES = (
     "errors checked orphans settings presets toolchain",
-    "open3d_files clouds sampling observation depth depth_files",
+    "open3d_files textrows pointfiles clouds sampling cleaning observation depth depth_files",
     "meshes truth cameras scenes settling",
     "kernels training gpis",
     "nodes handmodel handfile hand kinematics",
     "equilibrium grasp ops energies constraints names",
     "structure chain jets native parameters symbolic nlp codegen elastic lifted compiled oracle handover closed kkt",
-    "problem starts violations ipopt recompute approach solution pool plan",
+    "problem starts violations ipopt recompute approach solution pool faraway plan",
     "firstorder solvers",
-    "flagwords environment grasps simulation results summary workers batch report plots",
+    "flagwords environment grasps cautions simulation results summary workers batch report plots",
     "refit handmeshes handgeometry handcheck scene3d scene_hand scene_html scene_png scene_live dossier",
     "benchmarks studies compare load_nlp testset",
     "cli __main__",
