@@ -108,10 +108,9 @@ class Cleaning:
             self.notes.append(f"Multiplied all coordinates by {factor:g}.")
         with np.errstate(over="ignore", invalid="ignore"):
             self.points = self.points * factor
-        finite: NDArray[np.bool_] = np.isfinite(self.points).all(axis=1)
-        self.keep(finite, "are NaN or infinite")
+        self.keep(np.asarray(np.isfinite(self.points).all(axis=1)), "are NaN or infinite")
         limit = self.settings.max_coordinate
-        valid: NDArray[np.bool_] = (np.abs(self.points) <= limit).all(axis=1)
+        valid = np.asarray((np.abs(self.points) <= limit).all(axis=1))
         share = 1.0 - valid.mean()
         if share > self.settings.max_invalid_share:
             raise InputError(f"{share:.0%} of the points are too far from the origin, beyond {limit:g} m")

@@ -18,10 +18,10 @@ PER_CAMERA = "points_"  # prefix of the keys of a file with one array per camera
 NUMBERS = ("table_height", "mass", "friction")  # keys of single numbers
 TEXTS = ("name", "half")  # keys of texts; the half of a problem set is choosing or reporting
 OPTIONAL_KEYS = ("view", "camera_positions", "mesh_vertices", "mesh_faces", *NUMBERS, *TEXTS)
-ATTRIBUTES = frozenset(
-    ("rgb", "rgba", "bgr", "color", "colors", "colour", "colours", "normal", "normals", "intensity", "intensities")
-    + ("label", "labels", "mask", "class", "classes", "segment", "segments", "semantic", "instance", "instances")
-    + ("id", "ids", "index", "indices", "uv", "confidence", "feature", "features")
+ATTRIBUTES = (
+    *("rgb", "rgba", "bgr", "color", "colors", "colour", "colours", "normal", "normals", "intensity", "intensities"),
+    *("label", "labels", "mask", "class", "classes", "segment", "segments", "semantic", "instance", "instances"),
+    *("id", "ids", "index", "indices", "uv", "confidence", "feature", "features"),
 )
 """What `points_<word>` holds beside the coordinates of the same points, where <word> is no camera."""
 EXPECTED = (

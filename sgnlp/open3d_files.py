@@ -12,6 +12,7 @@ from sgnlp.errors import InputError
 
 MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off")
 IMAGE_SUFFIXES = (".png",)
+DAMAGED = "is a damaged"
 TIMEOUT = 120  # [s]
 ABSENT = 70  # exit code of the child that cannot import it
 READER = f"""
@@ -81,6 +82,6 @@ def _read(path: Path, kind: str) -> dict[str, NDArray[np.float64]]:
     # Where a file ends early Open3D prints a warning, if anything, and returns uninitialised rows.
     warned = any("failed" in line or line.startswith("RPly") for line in messages)
     if child.returncode != 0 or warned:
-        raise InputError(f"is a damaged {path.suffix} file: Open3D cannot read all of it")
+        raise InputError(f"{DAMAGED} {path.suffix} file: Open3D cannot read all of it")
     with np.load(io.BytesIO(child.stdout), allow_pickle=False) as arrays:
         return {key: arrays[key] for key in arrays.files}

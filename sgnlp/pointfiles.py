@@ -100,8 +100,9 @@ def _ply(path: Path) -> Text:
     """A .ply, through Open3D; its header is read here for what Open3D does not tell."""
     try:
         found = open3d_files.points(path)
-    except InputError:
-        _ply_checked(path)  # may know better why
+    except InputError as error:
+        if str(error).startswith(open3d_files.DAMAGED):
+            _ply_checked(path)  # may know better why
         raise
     return Text(found, _ply_checked(path))
 

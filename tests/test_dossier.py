@@ -21,7 +21,6 @@ from sgnlp import observe, refit, results
 from sgnlp.cli import again, report, run
 from sgnlp.cli.flags import beginning
 from sgnlp.cli.solve import Solve
-from sgnlp.dossier import cautions as wary
 from sgnlp.dossier.figures import convergence
 from sgnlp.observation import ObservationSettings
 from sgnlp.presets import PRESETS, ROBUST, preset

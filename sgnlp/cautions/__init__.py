@@ -30,9 +30,8 @@ OF_PLANS: tuple[Caution, ...] = (
     plans.uncertain_contacts,
     plans.torques,
     plans.far_start,
-    plans.close_runner_up,
 )
-REMARKS: tuple[Caution, ...] = (clouds.missing, clouds.one_view, clouds.table_assumed)
+REMARKS: tuple[Caution, ...] = (clouds.missing, clouds.one_view, clouds.table_assumed, plans.close_runner_up)
 """True of so many clouds that only a report says them."""
 
 

@@ -123,9 +123,9 @@ def seen_sides(points: Array) -> tuple[float, float]:
 
 
 def outside(points: Array, queries: Array) -> Array:
-    """How far (Q,) [m] queries (Q, 3) are outside the convex hull of points (N, 3), by the nearest of its planes' sides.
+    """How far (Q,) [m] queries (Q, 3) are outside the convex hull of points (N, 3), below 0 inside.
 
-    It is the exact distance where one face is nearest, and less at edges and corners; below 0 inside.
+    The largest of the distances to the planes of its faces: less than the true one beyond edges and corners.
     """
     hull = ConvexHull(points).equations
     return np.asarray((queries @ hull[:, :3].T + hull[:, 3]).max(axis=1))
