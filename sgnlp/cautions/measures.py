@@ -72,20 +72,25 @@ def largest_plane(points: Array, thickness: float, margin: float) -> Plane:
     _, axes = np.linalg.eigh(np.cov(points[on].T))
     on = np.abs((points - points[on].mean(axis=0)) @ axes[:, 0]) < thickness
     flat = (points - points[on].mean(axis=0)) @ axes[:, 1:]
-    inside, ratio = _standing(flat[on], flat[~on], margin)
+    below = flat[on] - 2 * margin * axes[2, 1:]  # a wall goes on below the table
+    inside, ratio = _standing(flat[on], below, flat[~on], margin)
     return Plane(float(on.mean()), inside, ratio, axes[:, 0], float(points[on, 2].mean()))
 
 
-def _standing(plane: Array, rest: Array, margin: float) -> tuple[float, float]:
-    """Share of the feet (k, 2) of the rest inside the outline of a plane's points (l, 2), and the ratio of areas."""
+def _standing(plane: Array, below: Array, rest: Array, margin: float) -> tuple[float, float]:
+    """Share of the feet (k, 2) of the rest inside the outline of a plane's points (l, 2), and the ratio of areas.
+
+    The outline that they are inside of is also that of the points' copies `below` (l, 2).
+    """
     if len(rest) < 4:
         return 0.0, 1.0
     try:
-        outline, feet = ConvexHull(plane), ConvexHull(rest)
+        area, feet = ConvexHull(plane).volume, ConvexHull(rest).volume
+        outline = ConvexHull(np.vstack([plane, below])).equations
     except QhullError:  # all on one line
         return 0.0, 1.0
-    depth = -(rest @ outline.equations[:, :2].T + outline.equations[:, 2]).max(axis=1)
-    return float((depth > margin).mean()), float(outline.volume / max(feet.volume, np.finfo(float).tiny))
+    depth = -(rest @ outline[:, :2].T + outline[:, 2]).max(axis=1)
+    return float((depth > margin).mean()), float(area / max(feet, np.finfo(float).tiny))
 
 
 def bulge(points: Array) -> float:
