@@ -26,8 +26,8 @@ SAME = 1e-6
 REPEATS = 10
 """As often as this, and as many times more often than points usually come, a value is a mark and not a measurement."""
 MARK_GAP = 0.1
-"""A repeated extreme of one coordinate is a mark if it is as far as this from all others [m]: the table under a body's
-top, which may be level to the last bit too, is nearer."""
+"""A coordinate that is 0 in many points, or one low z, is a mark if it is as far as this from all others [m]: the table
+under a body's top, which may be level to the last bit too, is nearer. Others are marks beyond the width of a body."""
 MARKS_NAMED = 3
 """Of the marks that are found, so many are told."""
 UNITS = {"mm": 0.001, "cm": 0.01, "inches": 0.0254}
@@ -142,7 +142,9 @@ class Cleaning:
         same = value <= least + SAME
         rest = value[~same]
         on_table = letter == "z" and table is not None and abs(side * least - table) < MARK_GAP
-        if same.sum() >= REPEATS and rest.size and rest.min() >= least + MARK_GAP and not on_table:
+        usual = abs(least) <= SAME or (letter == "z" and side > 0)  # 0, or below everything
+        gap = MARK_GAP if usual else self.settings.max_width
+        if same.sum() >= REPEATS and rest.size and rest.min() >= least + gap and not on_table:
             self.keep(~same, f"have {letter} = {side * least:.5g} m, a mark for no return")
 
     def drop_copies(self, raw: FloatArray) -> None:
