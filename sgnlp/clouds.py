@@ -295,6 +295,6 @@ def _is_attribute(word: str, array: NDArray[np.generic]) -> bool:
 
 def _offer(arrays: dict[str, object]) -> str:
     """Which arrays could be meant by --key."""
-    shapes = {key: np.asarray(array) for key, array in arrays.items() if key not in OPTIONAL_KEYS}
+    shapes = {key: np.asarray(array) for key, array in arrays.items() if key not in (*OPTIONAL_KEYS, *ATTRIBUTES)}
     fitting = [key for key, a in shapes.items() if a.ndim > 1 and a.shape[-1] == 3 and a.dtype.kind in "fiu"]
     return f"if '{fitting[0]}' holds the points, say --key {fitting[0]}; " if fitting else ""
