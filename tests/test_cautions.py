@@ -132,7 +132,7 @@ def test_a_body_whose_underside_was_seen_is_told_unless_the_axis_is(result):
 
 
 def test_a_body_in_the_air_is_told(result):
-    assert said(result, CAN, table=-0.029) == set()
+    assert said(result, CAN, table=-0.025) == set()
     assert said(result, CAN, table=-0.04) == {"in_the_air"}
 
 
