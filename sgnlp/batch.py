@@ -17,7 +17,7 @@ from sgnlp import results
 from sgnlp.errors import InputError
 from sgnlp.grasps import Grasps
 from sgnlp.hand import load_hand
-from sgnlp.observation import DEFAULTS, Observation, ObservationSettings, load
+from sgnlp.observation import DEFAULTS, Observation, ObservationSettings, Up, load
 from sgnlp.plan import solve
 from sgnlp.presets import ROBUST
 from sgnlp.settings import Settings
@@ -40,13 +40,24 @@ class Task:
     views: tuple[str, ...] = ()
     scale: float = 1.0
     table_height: float | None = None
+    key: str | None = None
+    up: Up = "z"
+    pose: tuple[float, ...] | None = None
     cleaning: ObservationSettings = DEFAULTS
     root: Path = field(default_factory=Path.cwd)
 
     def load(self, file: Path) -> Observation:
         """The observation in a file."""
-        options = {"views": self.views or None, "scale": self.scale, "table_height": self.table_height}
-        return load(self.root / file, **options, settings=self.cleaning)  # type: ignore[arg-type]
+        return load(
+            self.root / file,
+            views=self.views or None,
+            scale=self.scale,
+            table_height=self.table_height,
+            key=self.key,
+            up=self.up,
+            pose=self.pose,
+            settings=self.cleaning,
+        )
 
 
 @dataclass(frozen=True)

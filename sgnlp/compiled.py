@@ -26,9 +26,10 @@ FLAGS = ("-O1", "-ffp-contract=off")
 """-O2 compiles twice as long and gains nothing; contraction would change the bits."""
 
 MODULES = (
-    "chain", "checked", "clouds", "codegen", "constraints", "equilibrium", "errors", "gpis", "grasp", "hand",
-    "handfile", "handmodel", "jets", "kernels", "kinematics", "names", "nlp", "nodes", "observation", "open3d_files",
-    "ops", "parameters", "sampling", "settings", "structure", "symbolic", "training",
+    "chain", "checked", "cleaning", "clouds", "codegen", "constraints", "equilibrium", "errors", "gpis", "grasp",
+    "hand", "handfile", "handmodel", "jets", "kernels", "kinematics", "names", "nlp", "nodes", "observation",
+    "open3d_files", "ops", "parameters", "pointfiles", "sampling", "settings", "structure", "symbolic", "textrows",
+    "training",
 )  # fmt: skip
 """What `sgnlp.nlp` and `sgnlp.codegen` import, beside the energies: a change in one of them asks for a new build."""
 

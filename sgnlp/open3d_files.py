@@ -1,7 +1,6 @@
 """What Open3D reads from files, in a child process: its readers can crash on a damaged file."""
 
 import io
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -11,7 +10,6 @@ from numpy.typing import NDArray
 
 from sgnlp.errors import InputError
 
-CLOUD_SUFFIXES = (".ply", ".pcd", ".xyz")
 MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
 OTHER_MESHES = {
     **{".dae": "Collada", ".3mf": "3MF", ".fbx": "FBX", ".blend": "Blender's own", ".wrl": "VRML", ".x3d": "X3D"},
@@ -24,6 +22,7 @@ STL_HEAD, STL_FACE = 84, 50
 """Bytes of a binary STL before its faces, the last four of which count them, and of each of them."""
 COLOUR_END = "\x1b[0;m"
 """What Open3D ends a line of warning with."""
+DAMAGED = "is a damaged"
 TIMEOUT = 120  # [s]
 ABSENT = 70  # exit code of the child that cannot import it
 READER = f"""
@@ -52,11 +51,8 @@ with answer:
 
 
 def points(path: Path) -> NDArray[np.float64]:
-    """The points (N, 3) of a .ply, .pcd or .xyz, in its unit. Raises `InputError` if they cannot all be read."""
-    found = _read(path, "cloud")["points"]
-    if len(found) == 0:
-        raise InputError(f"holds no points that Open3D can read as {path.suffix}")
-    return found
+    """The points (N, 3) of a .ply or .pcd, in its unit. Raises `InputError` if Open3D cannot read all of it."""
+    return _read(path, "cloud")["points"]
 
 
 def triangles(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -116,19 +112,7 @@ def _read(path: Path, kind: str) -> dict[str, NDArray[np.float64]]:
     if refused:
         raise InputError(f"is a damaged {path.suffix} file: {refused.removesuffix(COLOUR_END)}")
     warned = any("failed" in line or line.startswith("RPly") for line in messages)
-    if child.returncode != 0 or warned or _ends_early(path):
-        raise InputError(f"is a damaged {path.suffix} file: Open3D cannot read all of it")
+    if child.returncode != 0 or warned:
+        raise InputError(f"{DAMAGED} {path.suffix} file: Open3D cannot read all of it")
     with np.load(io.BytesIO(child.stdout), allow_pickle=False) as arrays:
         return {key: arrays[key] for key in arrays.files}
-
-
-def _ends_early(path: Path) -> bool:
-    """Whether an ASCII .pcd holds less than its header promises: a truncation that Open3D never mentions."""
-    if path.suffix.lower() != ".pcd":
-        return False
-    header, ascii_data, body = path.read_bytes().partition(b"\nDATA ascii")
-    promised = re.search(rb"^POINTS (\d+)", header, re.MULTILINE)
-    if not ascii_data or not promised:
-        return False
-    columns = len(body.strip().split(b"\n")[0].split())
-    return len(body.split()) < int(promised[1]) * columns

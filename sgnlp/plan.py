@@ -6,6 +6,7 @@ from contextlib import closing
 from dataclasses import dataclass
 
 from sgnlp.errors import InputError
+from sgnlp.faraway import moved_cloud, moved_problem, moved_solution, origin
 from sgnlp.hand import Hand
 from sgnlp.observation import Observation
 from sgnlp.pool import Failure, solve_all
@@ -67,7 +68,9 @@ def solve(
     if min(count, jobs) < 1 or not timeout > 0 or seed < 0:
         raise InputError(f"count {count}, jobs {jobs}, timeout {timeout:g} must be positive, seed {seed} not negative")
     begin = time.perf_counter()
-    problem = pose(observation, hand, settings, seed)
+    middle = origin(observation)
+    far = bool(middle.any())
+    problem = pose(moved_cloud(observation, -middle) if far else observation, hand, settings, seed)
     fitted = time.perf_counter()
     results = []
     with closing(solve_all(problem, starts(problem, count, seed), jobs, timeout)) as ended:
@@ -75,6 +78,8 @@ def solve(
             progress(result)
             results.append(result)
     solutions = rank([r for r in results if isinstance(r, Solution)], settings.rank_by)
+    if far:
+        problem, solutions = moved_problem(problem, middle), [moved_solution(s, middle) for s in solutions]
     failures = sorted((r for r in results if isinstance(r, Failure)), key=lambda f: f.start)
     seconds = {"fit": fitted - begin, "solve": time.perf_counter() - fitted}
     return Plan(observation, problem, tuple(solutions), tuple(failures), seed, jobs, timeout, seconds)

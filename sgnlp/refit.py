@@ -1,9 +1,10 @@
 """A result's problem posed again: its cloud read from its source, its surface fitted as it was."""
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+from sgnlp.cautions.planned import Planned
 from sgnlp.errors import InputError
 from sgnlp.grasps import Grasps
 from sgnlp.hand import Hand, load_hand
@@ -50,7 +51,9 @@ def observation(grasps: Grasps, folder: Path, file: Path | None = None) -> Obser
     path = source(grasps, folder, file)
     options = dict(grasps.meta.get("reading") or {})
     if "settings" in options:
-        options["settings"] = ObservationSettings(**options["settings"])
+        known = {f.name for f in fields(ObservationSettings)}
+        kept = {name: value for name, value in options["settings"].items() if name in known}
+        options["settings"] = ObservationSettings(**kept)
     found = load(path, **options)
     if found.digest != grasps.meta.get("input_digest"):
         raise InputError(f"'{path}' has changed, or was read with other options, since it was solved")
@@ -62,15 +65,8 @@ def problem(grasps: Grasps, cloud: Observation, hand: Hand) -> Problem:
     return pose(cloud, hand, settings(grasps.meta), int(grasps.meta["seed"]))
 
 
-@dataclass(frozen=True, eq=False)
-class Reopened:
-    """A result read again; where its cloud is missing or has changed, `missing` says so in the place of the others."""
-
-    grasps: Grasps
-    hand: Hand
-    cloud: Observation | None
-    problem: Problem | None
-    missing: str = ""
+class Reopened(Planned):
+    """A result read again."""
 
 
 def reopen(folder: Path, file: Path | None = None, hand: str | None = None) -> Reopened:

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.cautions import cautions
+from sgnlp.cautions.planned import Planned
 from sgnlp.energies import TERMS
 from sgnlp.environment import kinematics_backend, machine, surface_backend, versions
 from sgnlp.grasps import Grasps, stack
@@ -62,6 +64,7 @@ def summary(plan: Plan) -> dict[str, Any]:
     tolerance = plan.problem.settings.solver.tolerance
     return meta(plan) | {
         "notes": list(plan.observation.notes),
+        "cautions": cautions(Planned(arrays(plan), plan.problem.hand, plan.observation, plan.problem)),
         "feasible": sum(s.feasible for s in plan.solutions),
         "solved": sum(s.solved(tolerance) for s in plan.solutions),
         "starts_table": [_start(s, rank) for rank, s in enumerate(plan.solutions)]

@@ -10,7 +10,7 @@ import pytest
 PACKAGE = Path(__file__).parents[1] / "sgnlp"
 STAGES = (
     "errors checked exclusive orphans semaphores palette settings presets toolchain",
-    "open3d_files textrows pointfiles clouds sampling cleaning observation",
+    "open3d_files textrows pointfiles clouds views sampling cleaning observation",
     "masks level depth_checks depth camera_files depth_files",
     "meshes truth repair solids cameras scenes settling",
     "kernels training gpis",

@@ -17,11 +17,11 @@ from scenes import ellipsoid
 pytest.importorskip("skimage")
 pytest.importorskip("matplotlib")
 
-from sgnlp import observe, refit, results
+from sgnlp import refit, results
+from sgnlp.cautions.plans import alike
 from sgnlp.cli import again, report, run
 from sgnlp.cli.flags import beginning
 from sgnlp.cli.solve import Solve
-from sgnlp.dossier import cautions as wary
 from sgnlp.dossier.content import distinct
 from sgnlp.dossier.figures import convergence
 from sgnlp.observation import ObservationSettings
@@ -94,17 +94,9 @@ def test_the_pictures_of_the_text_are_beside_it_and_different_grasps(folder, res
     named = re.findall(r"!\[.*?\]\((.*?)\)", text)
     assert all((folder / name).read_bytes().startswith(b"\x89PNG") for name in named)
     ranks = [int(rank) for rank in re.findall(r"grasp-(\d+).png", text)]
-    assert ranks == list(dict.fromkeys(wary.alike(result.grasps.contacts)))[:3]
+    assert ranks == list(dict.fromkeys(alike(result.grasps.contacts)))[:3]
     for name in ("approach", "convergence"):
         assert (folder / "report" / f"{name}.svg").read_bytes().startswith(b"<?xml")
-
-
-def test_grasps_with_the_same_contacts_count_once():
-    contacts = np.zeros((4, 4, 3))
-    contacts[1] += 0.5e-3
-    contacts[2, 3] = 0.01
-    contacts[3, 3] = 0.011
-    assert wary.alike(contacts) == [0, 0, 2, 2]
 
 
 def test_the_courses_are_the_iterations_of_every_start(folder, result):
@@ -159,94 +151,6 @@ def test_the_page_fits_a_phone(folder):
     assert page.count("<table>") == page.count('<div class="sheet"><table>') > 0  # they scroll in their boxes
     assert page.count("<figure>") == page.count('<figure><div class="cells">') > 0
     assert page.count('alt="grasp-0"') == 4  # three views and the legend, below each other where it is narrow
-
-
-# Cautions -------------------------------------------------------------------------------------------------------------
-
-
-def with_meta(result: refit.Reopened, **sections: dict) -> refit.Reopened:
-    """The result with other settings told in its meta."""
-    settings = {name: value | sections.get(name, {}) for name, value in result.grasps.meta["settings"].items()
-                if isinstance(value, dict)}  # fmt: skip
-    meta = result.grasps.meta | {"settings": result.grasps.meta["settings"] | settings}
-    return replace(result, grasps=replace(result.grasps, meta=meta))
-
-
-def with_grasps(result: refit.Reopened, **arrays: object) -> refit.Reopened:
-    return replace(result, grasps=replace(result.grasps, **arrays))
-
-
-def cup(thickness: float) -> np.ndarray:
-    """Points of two walls that face two cameras."""
-    rng = np.random.default_rng(0)
-    front, back = rng.uniform(-0.04, 0.04, (2, 1500, 3))
-    front[:, 0], back[:, 0] = thickness / 2, -thickness / 2
-    points = np.concatenate([front, back])
-    return points + np.array([0, 0, 0.05])
-
-
-def walls(thickness: float):
-    cameras = [[0.5, 0, 0.1], [-0.5, 0, 0.1]]
-    return observe(cup(thickness), view=np.repeat([0, 1], 1500), camera_positions=cameras, table_height=0.0)
-
-
-def test_a_sound_result_gives_no_reason_but_the_ones_it_has(result):
-    quiet = {"missing", "no_feasible", "stopped", "unsolved", "few_points", "one_view", "table_assumed", "thin_walls"}
-    assert not [c.__name__ for c in wary.CAUTIONS if c.__name__ in quiet and c(result)]
-    assert all(said.endswith(".") for said in wary.cautions(result))
-
-
-def test_each_caution_is_told_where_its_threshold_is_passed(result):
-    g, cloud = result.grasps, result.cloud
-    far = g.contact_points + np.array([0.0, 0.0, 1.0])
-    assert "No start ended feasible" in wary.no_feasible(with_grasps(result, feasible=np.zeros(len(g), bool)))
-    assert "Only 2 of 9" in wary.no_feasible(with_grasps(result, meta=g.meta | {"starts": 9}))
-    assert "7 of the starts gave nothing" in wary.stopped(with_grasps(result, meta=g.meta | {"starts": 9}))
-    assert "not an optimum" in wary.unsolved(with_grasps(result, kkt=g.kkt + 2e-5))
-    assert "fewer than the 5000" in wary.few_points(with_meta(result, gpis={"surface_points": 5000}))
-    assert "of one view" in wary.one_view(replace(result, cloud=replace(cloud, view_names=("0",))))
-    assert "index 9" in wary.unseen_contacts(with_grasps(result, contact_points=far))
-    assert not wary.unseen_contacts(with_grasps(result, contact_points=g.contact_points * 0 + cloud.points[0]))
-    deviation = np.full_like(g.contact_deviation, 0.012 / wary.CALIBRATION)
-    assert not wary.uncertain_contacts(with_grasps(result, contact_deviation=0.99 * deviation))
-    assert "thumb 12 mm" in wary.uncertain_contacts(with_grasps(result, contact_deviation=1.01 * deviation))
-    assert "Without cloud" in wary.missing(replace(result, missing="it is gone"))
-
-
-def test_an_assumed_table_is_told(result):
-    guessed = observe(ellipsoid(), name="egg")
-    assert "cropped" in wary.table_assumed(replace(result, cloud=guessed))
-
-
-@pytest.mark.parametrize(("travel", "said"), [(0.0, ""), (0.2, "went 20 cm"), (0.3, "stopped by the bound")])
-def test_a_wrist_far_from_its_start_is_told(result, travel, said):
-    begin = wary.starts(result.problem, 2, 0)[int(result.grasps.start[0])].wrist
-    turn = wary.pin.XYZQUATToSE3(begin).rotation
-    wrist = result.grasps.wrist.copy()
-    wrist[0] = begin
-    wrist[0, :3] += turn @ [0, travel, 0]
-    told = wary.far_start(with_grasps(result, wrist=wrist))
-    assert said in told
-    assert bool(said) == bool(told)
-
-
-@pytest.mark.parametrize(("margin", "shift", "told"), [(0.005, 0.02, True), (0.02, 0.02, False), (0.005, 1e-3, False)])
-def test_a_runner_up_is_close_if_it_is_as_good_and_another_grasp(result, margin, shift, told):
-    two = np.array([0, 0])
-    g = result.grasps
-    chosen = {name: getattr(g, name)[two] for name in ("contacts", "margins_initial", "margins_equilibrium", "energy")}
-    chosen["contacts"] = chosen["contacts"] + np.array([0, shift])[:, None, None]
-    for name in ("margins_initial", "margins_equilibrium"):
-        chosen[name] = np.full_like(chosen[name], 0.1) - np.array([0, margin])[:, None]
-    both = with_grasps(result, feasible=np.array([True, True]), start=np.array([4, 5]), **chosen)
-    assert ("start 5 is as good" in wary.close_runner_up(both)) is told
-
-
-def test_walls_that_noise_hides_are_told_and_thick_ones_are_not(result):
-    assert wary.wall_share(walls(0.004), 0.01) > 0.5
-    assert wary.wall_share(walls(0.03), 0.01) == 0
-    assert "walls thinner than 10 mm" in wary.thin_walls(replace(result, cloud=walls(0.004)))
-    assert not wary.thin_walls(replace(result, cloud=walls(0.03)))
 
 
 # The pages ------------------------------------------------------------------------------------------------------------

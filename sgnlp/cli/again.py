@@ -25,7 +25,8 @@ def command(meta: Mapping[str, Any], folder: Path) -> str:
     reading = meta.get("reading") or {}
     words = ["sgnlp", "solve", str(meta.get("source") or FILE)]
     words += ["--views", *map(str, reading["views"])] if reading.get("views") else []
-    words += changed("", {"scale": DEFAULTS.scale, "table_height": None}, reading)
+    words += changed("", {"scale": DEFAULTS.scale, "table_height": None, "key": None, "up": DEFAULTS.up}, reading)
+    words += ["--pose", *map(repr, reading["pose"])] if reading.get("pose") else []
     for name in ("hand", "starts", "seed", "timeout"):
         words += changed("", {name: getattr(DEFAULTS, name)}, meta)
     words += changed("cleaning.", asdict(ObservationSettings()), reading.get("settings") or {})

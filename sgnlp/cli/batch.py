@@ -103,6 +103,9 @@ class Batch(Tabling, Observing):
             views=self.views,
             scale=self.scale,
             table_height=self.table_height,
+            key=self.key,
+            up=self.up,
+            pose=self.pose,
             cleaning=self.cleaning,
         )
 

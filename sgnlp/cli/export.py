@@ -11,7 +11,6 @@ from sgnlp import report, results
 from sgnlp.cli import codes
 from sgnlp.cli.flags import ROWS, Observing, made
 from sgnlp.errors import InputError
-from sgnlp.observation import load
 from sgnlp.problem import pose
 from sgnlp.starts import starts
 from sgnlp.testset import Entry, export
@@ -46,13 +45,7 @@ class Export(Observing):
         results.writable(self.out)
         rows, inputs = [], {}
         for file in self.files:
-            observation = load(
-                file,
-                views=list(self.views) or None,
-                scale=self.scale,
-                table_height=self.table_height,
-                settings=self.cleaning,
-            )
+            observation = self.observation(file)
             problem = pose(observation, self.hand, self.settings, self.seed)
             program = export(observation.name, problem, starts(problem, self.starts, self.seed), self.start, self.seed)
             if not self.catalogue:

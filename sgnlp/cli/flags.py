@@ -12,7 +12,7 @@ import tyro
 
 from sgnlp import environment, results
 from sgnlp.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
-from sgnlp.observation import ObservationSettings
+from sgnlp.observation import Observation, ObservationSettings, Up, load
 from sgnlp.presets import ROBUST, preset
 from sgnlp.settings import Settings
 
@@ -66,8 +66,27 @@ class Observing(Starting):
     """factor to metres: 0.001 for a cloud in millimetres"""
     table_height: float | None = None
     """height of the table [m]; taken from the file, or estimated, if not given"""
+    key: str | None = None
+    """array of an npz that holds the points, where it is not `points`"""
+    up: Up = "z"
+    """axis of the cloud that points up; it is turned to z"""
+    pose: Annotated[tuple[float, ...] | None, tyro.conf.arg(metavar="16 NUMBERS")] = None
+    """pose of the cloud's frame in the world, such as its camera's: 16 numbers of a matrix in metres, row by row"""
     cleaning: ObservationSettings = field(default_factory=ObservationSettings)
     """how the cloud is cleaned"""
+
+    def observation(self, file: Path) -> Observation:
+        """The cloud in a file, read as the flags say."""
+        return load(
+            file,
+            views=list(self.views) or None,
+            scale=self.scale,
+            table_height=self.table_height,
+            key=self.key,
+            up=self.up,
+            pose=self.pose,
+            settings=self.cleaning,
+        )
 
 
 @dataclass(kw_only=True)

@@ -49,7 +49,9 @@ class Simulate:
         grasps = results.load_grasps(self.folder)
         hand = load_hand(self.hand or grasps.meta["hand"], grasps.meta["settings"]["spheres"])
         source = refit.source(grasps, self.folder, self.object)
-        seen = load(source, scale=self.scale)
+        reading = {} if self.object else grasps.meta.get("reading") or {}
+        turned = {name: reading[name] for name in ("key", "up", "pose") if name in reading}
+        seen = load(source, scale=self.scale, **turned)
         thing, settings, ranks = true_body(seen), self._loaded(seen), self._ranks(grasps)
         outcomes = []
         with bars(console) as bar:

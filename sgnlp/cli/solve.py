@@ -7,13 +7,13 @@ from pathlib import Path
 
 import tyro
 from rich.console import Console
+from rich.text import Text
 
 from sgnlp import report, results
 from sgnlp.cli import codes, compiling, lacks
 from sgnlp.cli.flags import Observing
 from sgnlp.cli.progress import starts_bar
 from sgnlp.hand import load_hand
-from sgnlp.observation import load
 from sgnlp.plan import Plan, solve
 from sgnlp.summary import arrays, courses, summary
 
@@ -35,13 +35,7 @@ class Solve(Observing):
 
     def run(self, console: Console) -> int:
         """Load, plan, save, show."""
-        observation = load(
-            self.file,
-            views=list(self.views) or None,
-            scale=self.scale,
-            table_height=self.table_height,
-            settings=self.cleaning,
-        )
+        observation = self.observation(self.file)
         hand = load_hand(self.hand, self.settings.spheres)
         folder = self.out or Path("results") / observation.name
         results.writable(folder)
@@ -67,6 +61,8 @@ class Solve(Observing):
             sys.stdout.write(results.json_text(outcome))
         if show:
             _show(console, plan, [folder / results.GRASPS, folder / results.SUMMARY, *pages], self.hand)
+            for caution in outcome["cautions"]:
+                console.print(Text.assemble(("caution:", "yellow"), f" {caution}"), soft_wrap=True)
         return codes.FEASIBLE if plan.best else codes.NONE_FEASIBLE
 
 

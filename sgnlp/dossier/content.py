@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from sgnlp import plots, scene_png
 from sgnlp import sheets as tables
 from sgnlp.approach import approaches
+from sgnlp.cautions import cautions, remarks
+from sgnlp.cautions.plans import alike
 from sgnlp.dossier import figures
-from sgnlp.dossier.cautions import alike, cautions
 from sgnlp.plots import Panel
 from sgnlp.refit import Reopened
 from sgnlp.scene3d import scene
@@ -79,7 +80,7 @@ def dossier(
     Raises:
         InputError: Matplotlib or scikit-image is not installed.
     """
-    said = cautions(result) or ["None: nothing that is looked at gives a reason for one."]
+    said = [*remarks(result), *cautions(result)] or ["None: nothing that is looked at gives a reason for one."]
     sections = [
         Section("Cautions", tuple(said)),
         best(result),
