@@ -166,8 +166,8 @@ def commands() -> str:
         "Exit codes: 0 a feasible grasp was found, or the command did what it was asked; 1 no start ended in a "
         "feasible grasp; 2 the flags are wrong; 3 a file, name or value is wrong; 4 the machine "
         "gives out (a full disk, no more memory, processes or open files), and nothing is left half-written; 130 ended "
-        "by Ctrl-C; 141 whoever read the output has ended. This page is made from the parsers when it is built; the flags of "
-        "[settings](settings.md) are left out here.",
+        "by Ctrl-C; 141 whoever read the output has ended. This page is made from the parsers when it is "
+        "built; the flags of [settings](settings.md) are left out here.",
     ]
     for name in ("", *COMMANDS):
         text += [f"## sgnlp {name}", "```text\n" + help_text(*name.split()) + "```"]

@@ -254,19 +254,19 @@ def _shares(rows: Sequence[Row]) -> dict[str, str]:
     }
 
 
-def panels(rows: Sequence[Row], conditions: Sequence[str]) -> list[Panel]:
-    """Success of every condition on the held-out half, with its interval, a panel for each load."""
+def panels(rows: Sequence[Row], conditions: Sequence[str], half: str = "held_out") -> list[Panel]:
+    """Success of every condition on a half, with its interval, a panel for each load."""
     return [
-        Panel(load_name, "", "success [%]", (_bars(rows, conditions, load_name),), bars=True, y_range=(0, 100))
+        Panel(load_name, "", "success [%]", (_bars(rows, conditions, load_name, half),), bars=True, y_range=(0, 100))
         for load_name in LOADS
     ]
 
 
-def _bars(rows: Sequence[Row], conditions: Sequence[str], load_name: str) -> Series:
-    groups = [of(rows, condition, load_name, "held_out") for condition in conditions]
+def _bars(rows: Sequence[Row], conditions: Sequence[str], load_name: str, half: str) -> Series:
+    groups = [of(rows, condition, load_name, half) for condition in conditions]
     spans = [wilson(sum(row.score for row in group), len(group)) for group in groups]
     return Series(
-        "held-out half",
+        f"{HALVES[half]} half",
         conditions,
         [100 * mean_score(group) for group in groups],
         [100 * low for low, _ in spans],
