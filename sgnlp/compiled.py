@@ -27,9 +27,9 @@ FLAGS = ("-O1", "-ffp-contract=off")
 
 MODULES = (
     "chain", "checked", "cleaning", "clouds", "codegen", "constraints", "equilibrium", "errors", "gpis", "grasp",
-    "hand", "handfile", "handmodel", "jets", "kernels", "kinematics", "names", "nlp", "nodes", "observation",
-    "open3d_files", "ops", "parameters", "pointfiles", "sampling", "settings", "structure", "symbolic", "textrows",
-    "training",
+    "hand", "handfile", "handmodel", "handpaths", "handurdf", "jets", "kernels", "kinematics", "names", "nlp", "nodes",
+    "observation", "open3d_files", "ops", "parameters", "pointfiles", "sampling", "settings", "structure", "symbolic",
+    "textrows", "training", "views",
 )  # fmt: skip
 """What `sgnlp.nlp` and `sgnlp.codegen` import, beside the energies: a change in one of them asks for a new build."""
 

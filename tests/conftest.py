@@ -12,7 +12,12 @@ for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[_variable] = "1"
 for _variable in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE", "TERM"):
     os.environ.pop(_variable, None)  # what is printed has the width of 80 and no colour, wherever the tests run
-if "PYTEST_XDIST_WORKER" not in os.environ:
+SHARED = "SGNLP_TESTS_CACHE"
+"""A variable that names the cache of several runs of the tests, which none of them removes."""
+OWN = SHARED not in os.environ and "PYTEST_XDIST_WORKER" not in os.environ
+if SHARED in os.environ:
+    os.environ["XDG_CACHE_HOME"] = os.environ[SHARED]
+elif OWN:
     os.environ["XDG_CACHE_HOME"] = tempfile.mkdtemp(prefix="sgnlp-tests-")
 
 from pathlib import Path  # noqa: E402
@@ -45,6 +50,7 @@ hypothesis.settings.register_profile(
 hypothesis.settings.load_profile("everywhere")
 
 
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
     """As many processes as cores that this one may use."""
     return min(len(os.sched_getaffinity(0)), PROCESSES)
@@ -67,7 +73,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 def pytest_unconfigure(config: pytest.Config) -> None:
     """The cache goes with the process that made it."""
-    if not hasattr(config, "workerinput"):
+    if OWN:
         shutil.rmtree(os.environ["XDG_CACHE_HOME"], ignore_errors=True)
 
 

@@ -95,7 +95,7 @@ def _run(folder: Path, tests: list[str]) -> None:
     os.environ |= {
         "PYTHONPATH": str(folder),
         "PYTHONDONTWRITEBYTECODE": "1",
-        "XDG_CACHE_HOME": str(folder.parent / "cache"),
+        "SGNLP_TESTS_CACHE": str(folder.parent / "cache"),
         "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
     }
     sys.dont_write_bytecode = True

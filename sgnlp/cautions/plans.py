@@ -117,7 +117,8 @@ def far_start(result: Planned) -> str:
     if result.problem is None:
         return ""
     meta, g = result.grasps.meta, result.grasps
-    begin = starts(result.problem, int(meta["starts"]), int(meta["seed"]))[int(g.start[0])].wrist
+    number = int(g.start[0])
+    begin = starts(result.problem, number + 1, int(meta["seed"]))[number].wrist
     moved = pin.log6(pin.XYZQUATToSE3(begin).actInv(pin.XYZQUATToSE3(g.wrist[0]))).linear
     travel, bound = float(np.abs(moved).max()), float(meta["settings"]["limits"]["wrist_travel"])
     if travel >= AT_BOUND * bound:
