@@ -99,7 +99,7 @@ def torques(result: Planned) -> str:
     grasp, _ = recompute(result.problem, g.wrist[0], g.joints[0], g.targets[0], g.gains[0])
     share = torque_share(grasp, settings.contact.metric)
     remedy = "--limits.effort 1 keeps them within it"
-    return f"A joint torque is {share:.1f} times the hand's effort: {remedy}." if share > 1.0 else ""
+    return f"A joint torque is {share:.2f} times the hand's effort: {remedy}." if share > 1.0 else ""
 
 
 def uncertain_contacts(result: Planned) -> str:
