@@ -1,4 +1,4 @@
-"""The paper's comparison: fourteen objects in five poses, its ablations and baselines, beside its own numbers.
+"""The paper's comparison: fourteen objects in seven poses, its ablations and baselines, beside its own numbers.
 
 The paper tried five poses of each real object (its Tab. II); here the first choice is carried out in simulation on the
 true shape, while the plan knew the partial cloud alone.
