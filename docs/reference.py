@@ -18,11 +18,11 @@ from unittest.mock import patch
 import griffe
 
 from sgnlp import preset
-from sgnlp.cameras import DepthCamera
-from sgnlp.checked import NOT_NEGATIVE, POSITIVE, Checked
+from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked
 from sgnlp.cli import COMMANDS, run
-from sgnlp.observation import ObservationSettings
-from sgnlp.scenes import Ring
+from sgnlp.perception.observation import ObservationSettings
+from sgnlp.perception.synthetic.cameras import DepthCamera
+from sgnlp.perception.synthetic.scenes import Ring
 from sgnlp.simulation import SimulationSettings
 
 PRESETS = ("robust", "paper")

@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 from skins import Skin, ellipses
 
-from sgnlp.meshes import FloatArray, Mesh
+from sgnlp.perception.synthetic.meshes import FloatArray, Mesh
 
 SEGMENTS = 64  # points of a round ring
 QUARTER = 7  # points of a quarter circle on a rounded edge

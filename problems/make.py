@@ -2,9 +2,9 @@
 
     python problems/make.py [OBJECT ...] [--settle] [--seed S] [--out DIR]
 
-Writes OBJECT_0.npz to OBJECT_6.npz, as `sgnlp.scenes.scene` makes them, with the poses in poses.json: the same
-seed gives the same bytes on one processor, and on another all but a few points, which are one depth unit off.
-With --settle the poses are found first, by letting the bodies fall in MuJoCo.
+Writes OBJECT_0.npz to OBJECT_6.npz, as `sgnlp.perception.synthetic.scenes.scene` makes them, with the poses in
+poses.json: the same seed gives the same bytes on one processor, and on another all but a few points, which are one
+depth unit off. With --settle the poses are found first, by letting the bodies fall in MuJoCo.
 """
 
 import argparse
@@ -22,10 +22,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from sgnlp import results
-from sgnlp.meshes import Mesh
-from sgnlp.scenes import scene
-from sgnlp.settling import random_orientation, settled
+from sgnlp.perception.synthetic.meshes import Mesh
+from sgnlp.perception.synthetic.scenes import scene
+from sgnlp.perception.synthetic.settling import random_orientation, settled
+from sgnlp.planning import results
 
 FOLDER = Path(__file__).parent
 POSES = "poses.json"

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sgnlp.meshes import FloatArray, IntArray, Mesh
+from sgnlp.perception.synthetic.meshes import FloatArray, IntArray, Mesh
 
 
 def bridge(first: IntArray, second: IntArray) -> IntArray:

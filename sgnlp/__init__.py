@@ -5,16 +5,16 @@
 >>> plan.best.grasp.gains  # (m,) [N/m]
 """
 
-from sgnlp.depth import DepthImage, from_depth
-from sgnlp.errors import InputError, SgnlpError
-from sgnlp.grasps import Grasps
-from sgnlp.hand import Hand, load_hand
-from sgnlp.observation import Observation, load, observe
-from sgnlp.plan import Plan, solve
-from sgnlp.presets import preset
-from sgnlp.results import load_grasps
-from sgnlp.settings import Settings
-from sgnlp.summary import arrays
+from sgnlp.base.errors import InputError, SgnlpError
+from sgnlp.base.presets import preset
+from sgnlp.base.settings import Settings
+from sgnlp.hand.hand import Hand, load_hand
+from sgnlp.perception.depth import DepthImage, from_depth
+from sgnlp.perception.observation import Observation, load, observe
+from sgnlp.planning.grasps import Grasps
+from sgnlp.planning.plan import Plan, solve
+from sgnlp.planning.results import load_grasps
+from sgnlp.planning.summary import arrays
 
 __all__ = [
     "DepthImage",

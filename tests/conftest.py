@@ -59,7 +59,7 @@ def pytest_xdist_auto_num_workers() -> int:
 def pytest_sessionstart(session: pytest.Session) -> None:
     """The jets of the surface are compiled once, before processes ask for them at once."""
     if not hasattr(session.config, "workerinput"):
-        importlib.import_module("sgnlp.native").library()
+        importlib.import_module("sgnlp.surface.native").library()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

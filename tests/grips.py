@@ -5,8 +5,8 @@ import pinocchio as pin
 from scipy.optimize import least_squares
 from scipy.spatial import ConvexHull
 
-from sgnlp.hand import Hand
-from sgnlp.kinematics import frames
+from sgnlp.hand.hand import Hand
+from sgnlp.hand.kinematics import frames
 from sgnlp.simulation import Body, Command, body
 
 OPEN = 0.015

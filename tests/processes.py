@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 PATIENT = 1e4
-"""A process may wait for its turn so many times as long as it works: for `sgnlp.solvers.process.WALL_FACTOR`."""
+"""A process may wait for its turn so many times as long as it works: for `WALL_FACTOR` of the solvers' processes."""
 TESTS = Path(__file__).parent
 COMMAND = [sys.executable, "-c", "from sgnlp.cli import main; main()"]
 ALIVE = 300.0

@@ -6,20 +6,20 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.gpis import Gpis, fit
-from sgnlp.grasp import Grasp
-from sgnlp.hand import Hand, load_hand
-from sgnlp.kinematics import integrate
-from sgnlp.nlp import FUNCTIONS, Nlp, build, frame, variable_units
-from sgnlp.observation import Observation, observe
-from sgnlp.oracle import Oracle, join
-from sgnlp.parameters import ParameterVector
-from sgnlp.presets import ROBUST
-from sgnlp.problem import Problem, pose
-from sgnlp.recompute import recompute
-from sgnlp.settings import GpisSettings, Settings
-from sgnlp.starts import Start, initial, starts
-from sgnlp.training import training_set
+from sgnlp.base.presets import ROBUST
+from sgnlp.base.settings import GpisSettings, Settings
+from sgnlp.hand.hand import Hand, load_hand
+from sgnlp.hand.kinematics import integrate
+from sgnlp.perception.observation import Observation, observe
+from sgnlp.planning.problem import Problem, pose
+from sgnlp.planning.recompute import recompute
+from sgnlp.planning.starts import Start, initial, starts
+from sgnlp.program.grasp import Grasp
+from sgnlp.program.nlp import FUNCTIONS, Nlp, build, frame, variable_units
+from sgnlp.program.oracle import Oracle, join
+from sgnlp.program.parameters import ParameterVector
+from sgnlp.surface.gpis import Gpis, fit
+from sgnlp.surface.training import training_set
 
 Array = NDArray[np.float64]
 

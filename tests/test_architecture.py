@@ -8,25 +8,8 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / "sgnlp"
-STAGES = (
-    "errors checked exclusive orphans semaphores palette settings presets toolchain",
-    "open3d_files textrows pointfiles clouds views sampling cleaning observation",
-    "masks level depth_checks depth camera_files depth_files",
-    "meshes truth repair solids cameras scenes settling",
-    "kernels training gpis",
-    "nodes handpaths handurdf handmodel handfile hand handmeshes kinematics",
-    "equilibrium grasp ops energies constraints names",
-    "structure chain jets native parameters symbolic nlp codegen elastic lifted compiled oracle handover closed kkt",
-    "problem starts violations ipopt recompute approach solution pool faraway plan",
-    "firstorder solvers",
-    "flagwords environment grasps cautions simulation results summary workers batch tables report plots",
-    "refit handgeometry handfindings handcheck sheets scene_parts scene_shapes scene3d scene_camera",
-    "scene_hand scene_html scene_png scene_live dossier",
-    "benchmarks studies compare load_nlp testset",
-    "cli __main__",
-)
-LAYERS = " ".join(STAGES).split(" ")
-"""A module may import those before it, a package counts as one module. The package's own __init__ stands above all."""
+ROOMS = ("base", "perception", "surface", "hand", "program", "planning", "simulation", "show", "cli", "experiments")
+"""A room may import those before it; `sgnlp/__init__` and `__main__` stand above all."""
 
 MAX_MODULE, MAX_FUNCTION = 300, 40
 MODULES = sorted(PACKAGE.rglob("*.py"))
@@ -38,7 +21,7 @@ def parse(path: Path) -> ast.Module:
 
 
 def dotted(path: Path) -> str:
-    """The module's name, sgnlp.energies.term."""
+    """The module's name, sgnlp.program.terms.term."""
     parts = ("sgnlp", *path.relative_to(PACKAGE).with_suffix("").parts)
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
@@ -60,22 +43,24 @@ def imported(path: Path) -> set[str]:
     return found
 
 
-def layer(name: str) -> str:
-    """The layer of a module: the part after the package's name."""
+def room(name: str) -> str:
+    """The room of a module: the part after the package's name."""
     return name.split(".")[1]
 
 
-@pytest.mark.parametrize("path", [p for p in MODULES if p != PACKAGE / "__init__.py"], ids=dotted)
-def test_imports_point_to_earlier_layers_only(path):
-    own = layer(dotted(path))
-    assert own in LAYERS, f"'{own}' has no place in the order of layers"
+INSIDE = [path for path in MODULES if path.parent != PACKAGE]
+
+
+@pytest.mark.parametrize("path", INSIDE, ids=dotted)
+def test_imports_point_to_earlier_rooms_only(path):
+    own = room(dotted(path))
     for name in imported(path) - {"sgnlp"}:
-        assert layer(name) == own or LAYERS.index(layer(name)) < LAYERS.index(own), f"{dotted(path)} imports {name}"
+        assert ROOMS.index(room(name)) <= ROOMS.index(own), f"{dotted(path)} imports {name}"
 
 
-def test_every_layer_is_a_module():
-    assert {layer(name) for name in MODULE_OF if name != "sgnlp"} == set(LAYERS)
-    assert len(set(LAYERS)) == len(LAYERS)
+def test_every_room_is_a_package_and_nothing_lies_outside():
+    assert {path.parent.relative_to(PACKAGE).parts[0] for path in INSIDE} == set(ROOMS)
+    assert {path.name for path in PACKAGE.glob("*.py")} == {"__init__.py", "__main__.py"}
 
 
 def test_there_is_no_cycle_within_a_package_either():

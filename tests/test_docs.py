@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from sgnlp.base.settings import Settings
 from sgnlp.cli import COMMANDS
-from sgnlp.constraints import CONSTRAINTS
-from sgnlp.energies import TERMS
-from sgnlp.grasps import Grasps
-from sgnlp.settings import Settings
+from sgnlp.planning.grasps import Grasps
+from sgnlp.program.constraints import CONSTRAINTS
+from sgnlp.program.terms import TERMS
 
 for module in ("latex2mathml", "material", "mkdocstrings"):
     pytest.importorskip(module, reason="the site is built with the extra docs", exc_type=ImportError)

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pinocchio
 import pytest
-from test_grasps import small_plan
+from plans import small_plan
 
 import sgnlp
-from sgnlp import results
-from sgnlp.summary import arrays, summary
+from sgnlp.planning import results
+from sgnlp.planning.summary import arrays, summary
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "docs" / "examples"

@@ -59,7 +59,7 @@ def test_a_text_that_is_not_there_exactly_once_is_told_and_nothing_is_tried(tmp_
 
 def test_a_copy_has_the_package_the_hands_and_the_tests_and_nothing_is_mutated_elsewhere(tmp_path):
     folder = copied(tmp_path)
-    places = {name: name for name in ("sgnlp/gpis_jets.c", "tests/scenes.py", "pyproject.toml")}
+    places = {name: name for name in ("sgnlp/surface/gpis_jets.c", "tests/scenes.py", "pyproject.toml")}
     for inside, ours in (places | {"sgnlp/urdf/allegro_left/hand.yaml": "urdf/allegro_left/hand.yaml"}).items():
         assert (folder / inside).read_bytes() == (ROOT / ours).read_bytes()
         assert not (folder / inside).resolve().is_relative_to(ROOT)

@@ -15,7 +15,7 @@ from unittest.mock import patch
 
 import pytest
 
-from sgnlp.kernels import KERNELS
+from sgnlp.surface.kernels import KERNELS
 
 sybil = pytest.importorskip("sybil", reason="finds the code in the pages")
 from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser, SkipParser  # noqa: E402

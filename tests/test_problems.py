@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from sgnlp.meshes import Mesh
-from sgnlp.observation import load
-from sgnlp.scenes import CAMERA
-from sgnlp.settling import DROP, settled
+from sgnlp.perception.observation import load
+from sgnlp.perception.synthetic.meshes import Mesh
+from sgnlp.perception.synthetic.scenes import CAMERA
+from sgnlp.perception.synthetic.settling import DROP, settled
 
 PROBLEMS = Path(__file__).parents[1] / "problems"
 sys.path.insert(0, str(PROBLEMS))
@@ -194,7 +194,7 @@ def test_a_file_loads_and_lies_on_its_mesh_within_the_noise(name):
 
 
 def test_the_axial_noise_is_a_millimetre_on_the_average():
-    from sgnlp.cameras import DepthCamera, image, looking_at
+    from sgnlp.perception.synthetic.cameras import DepthCamera, image, looking_at
 
     camera, deviations = DepthCamera(), []
     for file in ("mug_1", "cracker_0", "banana_2", "orange_3"):

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from sgnlp import results
-from sgnlp.benchmarks.measure import Row as Measured
-from sgnlp.studies import calibration, comparison, convergence, trials, triangles
-from sgnlp.studies.trials import LOADS
+from sgnlp.experiments.benchmarks.measure import Row
+from sgnlp.experiments.studies import calibration, comparison, convergence, trials, triangles
+from sgnlp.experiments.studies.trials import LOADS
+from sgnlp.planning import results
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -53,7 +53,7 @@ SPEED = {  # how a row of the README is called in the benchmark, in which unit i
 
 
 def test_times_are_those_of_the_benchmark():
-    measured = {row.name: row.median for row in rows("benchmark", Measured)}
+    measured = {row.name: row.median for row in rows("benchmark", Row)}
     lines = table("| | | target |")
     assert [line[0] for line in lines] == list(SPEED)
     assert measured["iterations of a start"] == 59

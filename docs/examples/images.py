@@ -8,8 +8,8 @@ import numpy as np
 import open3d
 
 import sgnlp
-from sgnlp.cameras import DepthCamera, image, looking_at
-from sgnlp.meshes import Mesh
+from sgnlp.perception.synthetic.cameras import DepthCamera, image, looking_at
+from sgnlp.perception.synthetic.meshes import Mesh
 
 problem = sgnlp.load(sys.argv[1])
 body, camera, rng = Mesh(problem.mesh_vertices, problem.mesh_faces), DepthCamera(), np.random.default_rng(0)

@@ -16,35 +16,35 @@ from rich.console import Console
 from rich.text import Text
 
 from sgnlp import __version__
+from sgnlp.base.errors import MachineError, SgnlpError, gives_out
+from sgnlp.base.presets import PRESETS, VARIANTS
 from sgnlp.cli import codes, interrupts, streams
 from sgnlp.cli.flags import beginning
-from sgnlp.errors import MachineError, SgnlpError, gives_out
-from sgnlp.presets import PRESETS, VARIANTS
 
-COMMANDS = (
-    "solve",
-    "batch",
-    "simulate",
-    "view",
-    "report",
-    "cloud",
-    "observe",
-    "hands",
-    "check-hand",
-    "study",
-    "compare",
-    "solvers",
-    "benchmark",
-    "export",
-    "cache",
-    "doctor",
-)
-"""The names of the commands; a-name would be the class `AName` of `sgnlp.cli.a_name`."""
+COMMANDS = {
+    "solve": "sgnlp.cli",
+    "batch": "sgnlp.cli",
+    "simulate": "sgnlp.cli",
+    "view": "sgnlp.cli",
+    "report": "sgnlp.cli",
+    "cloud": "sgnlp.cli",
+    "observe": "sgnlp.cli",
+    "hands": "sgnlp.cli",
+    "check-hand": "sgnlp.cli",
+    "study": "sgnlp.experiments.cli",
+    "compare": "sgnlp.experiments.cli",
+    "solvers": "sgnlp.experiments.cli",
+    "benchmark": "sgnlp.experiments.cli",
+    "export": "sgnlp.experiments.cli",
+    "cache": "sgnlp.cli",
+    "doctor": "sgnlp.cli",
+}
+"""The commands and the packages that hold them: `a-name` is the class `AName` of the module `a_name`."""
 
 
 def command(name: str) -> Any:
     """The class of a command."""
-    return getattr(import_module(f"sgnlp.cli.{name.replace('-', '_')}"), name.title().replace("-", ""))
+    return getattr(import_module(f"{COMMANDS[name]}.{name.replace('-', '_')}"), name.title().replace("-", ""))
 
 
 def _parsed(arguments: list[str]) -> Any:

@@ -6,11 +6,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from sgnlp import refit
+from sgnlp.base.flags import changed, differences
+from sgnlp.base.presets import PRESETS, VARIANTS, preset
 from sgnlp.cli.flags import Observing
-from sgnlp.flagwords import changed, differences
-from sgnlp.observation import ObservationSettings
-from sgnlp.presets import PRESETS, VARIANTS, preset
+from sgnlp.perception.observation import ObservationSettings
+from sgnlp.planning import reopen
 
 FILE = "FILE"
 """In the place of the cloud, if it was planned from Python and no file is known."""
@@ -37,7 +37,7 @@ def command(meta: Mapping[str, Any], folder: Path) -> str:
 
 def _settings(meta: dict[str, Any]) -> list[str]:
     """The preset, if it is not the first choice, and what differs from it."""
-    found = asdict(refit.settings(meta))
+    found = asdict(reopen.settings(meta))
     names = [*PRESETS, *(f"paper+{variant}" for variant in VARIANTS)]
     flags = {name: list(differences(asdict(preset(name)), found)) for name in names}
     name = min(flags, key=lambda name: len(flags[name]) + (name != DEFAULTS.preset))

@@ -14,15 +14,16 @@ from typing import Any, Literal
 import tyro
 from rich.console import Console
 
-from sgnlp import report, results
-from sgnlp.batch import Row, Task, batch
+from sgnlp.base.errors import InputError, MachineError, SolverError
+from sgnlp.base.exclusive import alone
 from sgnlp.cli import codes, compiling, lacks
 from sgnlp.cli.flags import ROWS, Observing, Tabling, made
 from sgnlp.cli.progress import Bar, bars
-from sgnlp.errors import InputError, MachineError, SolverError
-from sgnlp.exclusive import alone
-from sgnlp.hand import Hand, available_hands, load_hand
-from sgnlp.workers import Workers
+from sgnlp.hand.hand import Hand, available_hands, load_hand
+from sgnlp.planning import results
+from sgnlp.planning.batch import Row, Task, batch
+from sgnlp.planning.workers import Workers
+from sgnlp.show import tables
 
 MADE = "made.json"
 
@@ -148,7 +149,7 @@ def _show(console: Console, rows: Sequence[Row], seconds: float) -> None:
         for row in rows
     ]
     feasible, reused = sum(row.feasible for row in rows), sum(row.reused for row in rows)
-    console.print(report.rows_table("Objects", lines))
+    console.print(tables.rows_table("Objects", lines))
     console.print()
     there = f", {reused} solved before" if reused else ""
     console.print(f"{feasible} of {len(rows)} objects have a feasible grasp{there}, in {seconds:.1f} s")

@@ -7,13 +7,14 @@ from typing import Annotated
 import tyro
 from rich.console import Console
 
-from sgnlp import report, toolchain
+from sgnlp.base import toolchain
+from sgnlp.base.presets import ROBUST
+from sgnlp.base.settings import Settings
 from sgnlp.cli import compiling
 from sgnlp.cli.flags import Planning
 from sgnlp.cli.progress import bars
-from sgnlp.hand import load_hand
-from sgnlp.presets import ROBUST
-from sgnlp.settings import Settings
+from sgnlp.hand.hand import load_hand
+from sgnlp.show import tables
 
 
 @dataclass(kw_only=True)
@@ -38,5 +39,5 @@ class Cache(Planning):
                 compiling.build(load_hand(self.hand, self.settings.spheres), self.settings, self.jobs, bar)
         libraries = [file for file in toolchain.entries() if file.suffix == ".so"]
         sizes = {file.name: f"{file.stat().st_size / 1e6:.2f} MB" for file in libraries}
-        console.print(report.facts_table(f"Compiled, in {toolchain.cache_folder()}", sizes))
+        console.print(tables.facts_table(f"Compiled, in {toolchain.cache_folder()}", sizes))
         return 0

@@ -7,9 +7,12 @@ import tyro
 from rich.console import Console
 from rich.text import Text
 
-from sgnlp import handcheck, results, scene_html, scene_png
 from sgnlp.cli import codes
-from sgnlp.scene_hand import hand_scene
+from sgnlp.hand import check
+from sgnlp.planning import results
+from sgnlp.show import web_page
+from sgnlp.show.png import picture
+from sgnlp.show.scene_hand import hand_scene
 
 STYLES = {"ok": "green", "look": "yellow", "wrong": "red"}
 WIDTH = max(map(len, STYLES)) + 2
@@ -30,7 +33,7 @@ class CheckHand:
 
     def run(self, console: Console) -> int:
         """Examine, tell, draw."""
-        examination = handcheck.examine(self.folder, self.spheres)
+        examination = check.examine(self.folder, self.spheres)
         for found in examination.findings:
             console.print(_line(found), soft_wrap=True)
         looks = sum(finding.verdict == "look" for finding in examination.findings)
@@ -38,14 +41,14 @@ class CheckHand:
         if examination.hand is not None and (self.png or self.html):
             shown = hand_scene(examination.hand, examination)
             if self.png is not None:
-                results.write_bytes(self.png, scene_png.picture(shown, 0, 0))
+                results.write_bytes(self.png, picture(shown, 0, 0))
                 console.print(f"written: {self.png}", soft_wrap=True)
             if self.html is not None:
-                results.write_text(self.html, scene_html.page(shown))
+                results.write_text(self.html, web_page.page(shown))
                 console.print(f"written: {self.html}", soft_wrap=True)
         return codes.BAD_INPUT if examination.wrong else 0
 
 
-def _line(finding: handcheck.Finding) -> Text:
+def _line(finding: check.Finding) -> Text:
     verdict = finding.verdict.ljust(WIDTH), STYLES[finding.verdict]
     return Text.assemble(verdict, f"{finding.check}: {finding.found}", (f"  ({finding.valid})", "dim"))

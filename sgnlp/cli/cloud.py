@@ -8,10 +8,11 @@ import numpy as np
 import tyro
 from rich.console import Console
 
-from sgnlp import clouds, depth, depth_files, results
-from sgnlp.checked import POSITIVE, Checked, Interval
+from sgnlp.base.checked import POSITIVE, Checked, Interval
+from sgnlp.base.errors import InputError
 from sgnlp.cli import codes
-from sgnlp.errors import InputError
+from sgnlp.perception import clouds, depth, depth_files
+from sgnlp.planning import results
 
 
 @dataclass(kw_only=True)

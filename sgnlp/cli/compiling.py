@@ -8,13 +8,15 @@ from typing import Any
 
 from rich.console import Console
 
-from sgnlp import compiled, native, toolchain
+from sgnlp.base import toolchain
+from sgnlp.base.errors import MachineError, SolverError
+from sgnlp.base.settings import Settings
 from sgnlp.cli.progress import Bar
-from sgnlp.errors import MachineError, SolverError
-from sgnlp.hand import Hand
-from sgnlp.ipopt import schedule
-from sgnlp.settings import Settings
-from sgnlp.structure import structure
+from sgnlp.hand.hand import Hand
+from sgnlp.planning.ipopt import schedule
+from sgnlp.program import compiled
+from sgnlp.program.structure import structure
+from sgnlp.surface import native
 
 PATIENCE = 10
 """Niceness of a build in the background: it must not slow what the user does next."""

@@ -6,7 +6,10 @@ from typing import Any
 
 from rich.console import Console
 
-from sgnlp import environment, native, report, semaphores, toolchain
+from sgnlp.base import semaphores, toolchain
+from sgnlp.planning import environment
+from sgnlp.show import tables
+from sgnlp.surface import native
 
 
 @dataclass
@@ -25,7 +28,7 @@ class Doctor:
             },
         }
         for title, rows in facts.items():
-            console.print(report.facts_table(title, rows))
+            console.print(tables.facts_table(title, rows))
         for name, told in _machine().items():
             console.print(f"{name}: {told}", soft_wrap=True)
         return 0

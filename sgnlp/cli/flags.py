@@ -10,11 +10,11 @@ from typing import Annotated, Any, ClassVar, TypeVar
 
 import tyro
 
-from sgnlp import environment, results
-from sgnlp.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
-from sgnlp.observation import Observation, ObservationSettings, Up, load
-from sgnlp.presets import ROBUST, preset
-from sgnlp.settings import Settings
+from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
+from sgnlp.base.presets import ROBUST, preset
+from sgnlp.base.settings import Settings
+from sgnlp.perception.observation import Observation, ObservationSettings, Up, load
+from sgnlp.planning import environment, results
 
 Command = TypeVar("Command")
 ROWS, PARQUET = "rows.csv", "rows.parquet"

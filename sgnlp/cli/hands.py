@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 from rich.console import Console
 
-from sgnlp import report
-from sgnlp.hand import available_hands, load_hand
+from sgnlp.hand.hand import available_hands, load_hand
+from sgnlp.show import tables
 
 
 @dataclass
@@ -14,5 +14,5 @@ class Hands:
 
     def run(self, console: Console) -> int:
         """One row a hand."""
-        console.print(report.hands_table([load_hand(name) for name in available_hands()]))
+        console.print(tables.hands_table([load_hand(name) for name in available_hands()]))
         return 0

@@ -2,7 +2,7 @@
 
 from rich.console import Console
 
-from sgnlp import semaphores
+from sgnlp.base import semaphores
 
 
 def tell(console: Console) -> None:

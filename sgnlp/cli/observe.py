@@ -9,14 +9,16 @@ import tyro
 from rich.console import Console
 from scipy.spatial.transform import Rotation
 
-from sgnlp import clouds, open3d_files, results, scenes
-from sgnlp.cameras import DepthCamera
-from sgnlp.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
+from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
+from sgnlp.base.errors import InputError
 from sgnlp.cli import codes
-from sgnlp.errors import InputError
-from sgnlp.meshes import Mesh
-from sgnlp.scenes import Ring
-from sgnlp.settling import random_orientation, settled
+from sgnlp.perception import clouds, open3d_files
+from sgnlp.perception.synthetic import scenes
+from sgnlp.perception.synthetic.cameras import DepthCamera
+from sgnlp.perception.synthetic.meshes import Mesh
+from sgnlp.perception.synthetic.scenes import Ring
+from sgnlp.perception.synthetic.settling import random_orientation, settled
+from sgnlp.planning import results
 
 DROPS = 20  # from as many random orientations before a body is given up that never comes to rest
 

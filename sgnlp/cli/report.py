@@ -10,13 +10,14 @@ import numpy as np
 import tyro
 from rich.console import Console
 
-from sgnlp import dossier, refit, results
+from sgnlp.base.errors import InputError
 from sgnlp.cli import again, codes
-from sgnlp.cli.pictures import PHASES
 from sgnlp.cli.simulate import SIMULATION
-from sgnlp.dossier.content import Section
-from sgnlp.dossier.simulated import simulated
-from sgnlp.errors import InputError
+from sgnlp.planning import reopen, results
+from sgnlp.show import report as dossier
+from sgnlp.show.report.content import Section
+from sgnlp.show.report.simulated import simulated
+from sgnlp.show.simulation_pictures import PHASES
 
 HTML, MARKDOWN = "report.html", "report.md"
 
@@ -52,7 +53,7 @@ def write(folder: Path, file: Path | None = None, hand: str | None = None) -> li
         InputError: there is no result, it has no grasps, or what draws is not installed.
     """
     drawable()
-    result = refit.reopen(folder, file, hand)
+    result = reopen.reopen(folder, file, hand)
     folder = folder if folder.is_dir() else folder.parent
     summary = results.load_summary(folder, result.grasps)
     command = again.command(result.grasps.meta, folder)

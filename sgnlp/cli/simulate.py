@@ -8,14 +8,15 @@ import numpy as np
 import tyro
 from rich.console import Console
 
-from sgnlp import refit, report, results
-from sgnlp.cli import codes, pictures
+from sgnlp.base.errors import InputError
+from sgnlp.cli import codes
 from sgnlp.cli.flags import made
 from sgnlp.cli.progress import bars
-from sgnlp.errors import InputError
-from sgnlp.grasps import Grasps
-from sgnlp.hand import Hand, load_hand
-from sgnlp.observation import Observation, load
+from sgnlp.hand.hand import Hand, load_hand
+from sgnlp.perception.observation import Observation, load
+from sgnlp.planning import reopen, results
+from sgnlp.planning.grasps import Grasps
+from sgnlp.show import simulation_pictures, tables
 from sgnlp.simulation import Body, Command, Outcome, SimulationSettings, command, plain, simulate, true_body
 
 SIMULATION = "simulation.json"
@@ -48,7 +49,7 @@ class Simulate:
         _require_mujoco()
         grasps = results.load_grasps(self.folder)
         hand = load_hand(self.hand or grasps.meta["hand"], grasps.meta["settings"]["spheres"])
-        source = refit.source(grasps, self.folder, self.object)
+        source = reopen.source(grasps, self.folder, self.object)
         reading = {} if self.object else grasps.meta.get("reading") or {}
         turned = {name: reading[name] for name in ("key", "up", "pose") if name in reading}
         seen = load(source, scale=self.scale, **turned)
@@ -89,15 +90,15 @@ class Simulate:
 
 def _draw(console: Console, folder: Path, run: tuple[Command, Body, Hand, SimulationSettings, Outcome, str]) -> None:
     try:
-        files = pictures.draw(folder, *run)
-    except pictures.NoRenderer as error:
+        files = simulation_pictures.draw(folder, *run)
+    except simulation_pictures.NoRenderer as error:
         console.print(f"no pictures: {error}", soft_wrap=True)
         return
     console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)
 
 
 def _require_mujoco() -> None:
-    pictures.headless()
+    simulation_pictures.headless()
     try:
         import mujoco  # noqa: F401
     except ImportError:
@@ -105,9 +106,9 @@ def _require_mujoco() -> None:
 
 
 def _show(console: Console, outcomes: list[Outcome], hand: Hand, grasps: Grasps) -> None:
-    console.print(report.simulation_table(outcomes))
+    console.print(tables.simulation_table(outcomes))
     console.print()
-    console.print(report.touches_table(outcomes[0], hand, np.asarray(grasps.forces_eq[0])))
+    console.print(tables.touches_table(outcomes[0], hand, np.asarray(grasps.forces_eq[0])))
     console.print()
     scores = [outcome.score for outcome in outcomes]
     console.print(f"first choice {scores[0]:g}, mean of {len(scores)} {np.mean(scores):.2f}")

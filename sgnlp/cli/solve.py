@@ -9,13 +9,14 @@ import tyro
 from rich.console import Console
 from rich.text import Text
 
-from sgnlp import report, results
 from sgnlp.cli import codes, compiling, lacks
 from sgnlp.cli.flags import Observing
 from sgnlp.cli.progress import starts_bar
-from sgnlp.hand import load_hand
-from sgnlp.plan import Plan, solve
-from sgnlp.summary import arrays, courses, summary
+from sgnlp.hand.hand import load_hand
+from sgnlp.planning import results
+from sgnlp.planning.plan import Plan, solve
+from sgnlp.planning.summary import arrays, courses, summary
+from sgnlp.show import tables
 
 
 @dataclass(kw_only=True)
@@ -69,12 +70,12 @@ class Solve(Observing):
 def _show(console: Console, plan: Plan, files: list[Path], hand: str) -> None:
     for note in plan.observation.notes:
         console.print(note, style="dim")
-    for table in report.tables(plan):
+    for table in tables.tables(plan):
         console.print(table)
         console.print()
-    for line in report.pose_lines(plan, plan.solutions[0]) if plan.solutions else []:
+    for line in tables.pose_lines(plan, plan.solutions[0]) if plan.solutions else []:
         console.print(line, soft_wrap=True)
     lacks.tell(console)
     compiling.offer(console, plan.problem.hand, hand, plan.problem.settings)
-    console.print(report.headline(plan))
+    console.print(tables.headline(plan))
     console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)

@@ -7,11 +7,13 @@ import numpy as np
 import tyro
 from rich.console import Console
 
-from sgnlp import refit, results, scene_html, scene_live, scene_png
+from sgnlp.base.errors import InputError
 from sgnlp.cli import codes
-from sgnlp.errors import InputError
-from sgnlp.scene3d import scene
-from sgnlp.scene_parts import Scene
+from sgnlp.planning import reopen, results
+from sgnlp.show import live, web_page
+from sgnlp.show.png import picture
+from sgnlp.show.scene import scene
+from sgnlp.show.scene_parts import Scene
 
 
 @dataclass
@@ -35,25 +37,25 @@ class View:
 
     def run(self, console: Console) -> int:
         """Read, pose again, draw."""
-        shown = _scene(refit.reopen(self.folder, self.object, self.hand))
+        shown = _scene(reopen.reopen(self.folder, self.object, self.hand))
         for note in shown.notes:
             console.print(note, style="dim", soft_wrap=True)
         if not 0 <= self.rank < len(shown.views):
             raise InputError(f"--rank must be between 0 and {len(shown.views) - 1}")
         if self.html is not None:
-            results.write_text(self.html, scene_html.page(shown))
+            results.write_text(self.html, web_page.page(shown))
             console.print(f"written: {self.html}", soft_wrap=True)
         if self.png is not None:
-            results.write_bytes(self.png, scene_png.picture(shown, self.rank))
+            results.write_bytes(self.png, picture(shown, self.rank))
             console.print(f"written: {self.png}", soft_wrap=True)
         if self.html is None and self.png is None:
-            server = scene_live.Live(shown, self.port)
+            server = live.Live(shown, self.port)
             console.print(f"open http://localhost:{server.port} in a browser; Ctrl-C ends", soft_wrap=True)
             server.wait()
         return codes.FEASIBLE
 
 
-def _scene(result: refit.Reopened) -> Scene:
+def _scene(result: reopen.Reopened) -> Scene:
     if result.cloud is None:
         notes = [f"Without cloud and surface: {result.missing}."]
         return scene(result.grasps, result.hand, None, np.zeros((0, 3)), notes)

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from sgnlp.hand import Hand
-from sgnlp.handfile import Finger
-from sgnlp.handmeshes import link_meshes, mesh_files
+from sgnlp.hand.hand import Hand
+from sgnlp.hand.hand_file import Finger
+from sgnlp.hand.meshes import link_meshes, mesh_files
 from sgnlp.simulation.scene import HIDDEN, SHOWN, impedance, touchable
 from sgnlp.simulation.settings import SimulationSettings
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sgnlp.errors import InputError
-from sgnlp.observation import Observation
+from sgnlp.base.errors import InputError
+from sgnlp.perception.observation import Observation
 
 Array = NDArray[np.float64]
 

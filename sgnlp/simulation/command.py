@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.grasps import Grasps
+from sgnlp.planning.grasps import Grasps
 
 Array = NDArray[np.float64]
 

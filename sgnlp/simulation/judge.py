@@ -5,8 +5,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.errors import InputError
-from sgnlp.hand import Hand
+from sgnlp.base.errors import InputError
+from sgnlp.hand.hand import Hand
 from sgnlp.simulation.body import Body
 from sgnlp.simulation.command import Command
 from sgnlp.simulation.outcome import Closing, Ending, Lift, Outcome, Pregrasp, Push

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.base.toolchain import cache_folder
 from sgnlp.simulation.body import Body
-from sgnlp.toolchain import cache_folder
 
 Array = NDArray[np.float64]
 

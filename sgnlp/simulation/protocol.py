@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
-from sgnlp.equilibrium import GRAVITY
-from sgnlp.hand import Hand
+from sgnlp.hand.hand import Hand
+from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.simulation.body import Body
 from sgnlp.simulation.command import Command
 from sgnlp.simulation.contacts import penetrations

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from sgnlp.errors import InputError
+from sgnlp.base.errors import InputError
 from sgnlp.simulation.body import Body
 from sgnlp.simulation.pieces import pieces
 from sgnlp.simulation.settings import SimulationSettings

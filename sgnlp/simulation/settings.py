@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from sgnlp.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
-from sgnlp.errors import InputError
+from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
+from sgnlp.base.errors import InputError
 
 SAMPLE = 0.01
 """Time between readings [s]."""

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.hand import Hand
+from sgnlp.hand.hand import Hand
 from sgnlp.simulation.articulation import articulation, centre, pad
 from sgnlp.simulation.body import Body
 from sgnlp.simulation.command import Command

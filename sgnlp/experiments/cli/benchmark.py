@@ -1,0 +1,90 @@
+"""`sgnlp benchmark`: where the time goes, with command, versions and machine beside the rows."""
+
+import os
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar, Literal, get_args
+
+import tyro
+from rich.console import Console
+
+from sgnlp.base.checked import POSITIVE, Interval
+from sgnlp.base.errors import InputError
+from sgnlp.cli.flags import Starting, made
+from sgnlp.cli.interrupts import check
+from sgnlp.experiments import benchmarks
+from sgnlp.experiments.benchmarks.bench import Bench
+from sgnlp.experiments.benchmarks.measure import Row
+from sgnlp.planning import results
+from sgnlp.show import tables as report
+
+Section = Literal["startup", "oracle", "surface", "solving", "whole", "ratios", "points", "starts", "objects", "many"]
+PROBLEMS = Path("problems")
+"""Where the clouds are if none is named."""
+
+
+@dataclass(kw_only=True)
+class Benchmark(Starting):
+    """Measure fit, build, oracle, solves, memory, ratios and growth over some clouds, and write table and raw rows."""
+
+    valid: ClassVar[dict[str, Interval]] = Starting.valid | {"repeats": POSITIVE, "objects": POSITIVE}
+
+    files: tyro.conf.Positional[tuple[Path, ...]] = ()
+    """the clouds; problems/*_0.npz if none is named"""
+    sections: tuple[Section, ...] = get_args(Section)
+    """what to measure; everything takes half an hour or more"""
+    repeats: int = 5
+    """values of each measurement"""
+    objects: int = 1000
+    """objects of the section many, made of the clouds by turning and scaling them"""
+    jobs: int = 2
+    """worker processes where there is more than one"""
+    out: Path = field(default_factory=lambda: Path("results") / "benchmark")
+    """folder of the results"""
+
+    def run(self, console: Console) -> int:
+        """Measure section by section, each row written as it comes, then the tables."""
+        files = self.files or tuple(sorted(PROBLEMS.glob("*_0.npz")))
+        if not files:
+            raise InputError(f"no cloud is named, and there is none in '{PROBLEMS}'")
+        numbers = {name: getattr(self, name) for name in ("starts", "seed", "jobs", "repeats", "objects")}
+        bench = Bench(files, self.hand, self.preset, self.settings, **numbers)
+        how = self._made(bench)
+        results.writable(self.out)
+        results.write_text(self.out / "made.json", results.json_text(how))
+        rows = self._measure(console, bench)
+        tables = benchmarks.tables(rows)
+        texts = [f"## {question}\n\n{report.markdown(lines)}" for question, lines in tables.items()]
+        results.write_text(self.out / "table.md", "\n".join(texts))
+        for question, lines in tables.items():
+            console.print(report.rows_table(question, lines))
+            console.print()
+        console.print(f"written: {self.out}", soft_wrap=True)
+        return 0
+
+    def _measure(self, console: Console, bench: Bench) -> list[Row]:
+        rows: list[Row] = []
+        with console.status("compiling the functions") as status:
+            bench.ready()
+            for row in benchmarks.measured(bench, self.sections):
+                check()
+                rows.append(row)
+                results.write_rows(self.out / "rows.csv", rows)
+                status.update(f"{len(rows)} measured, the last: {row.name}")
+        return rows
+
+    def _made(self, bench: Bench) -> dict[str, Any]:
+        study = {
+            "sections": self.sections,
+            "repeats": self.repeats,
+            "objects": self.objects,
+            "starts": self.starts,
+            "seed": self.seed,
+            "jobs": self.jobs,
+            "hand": bench.hand.name,
+            "settings": asdict(self.settings),
+        }
+        inputs = {observation.name: observation.digest for observation in bench.observations}
+        load = {"processors": os.cpu_count(), "load before": os.getloadavg()}
+        how = made(study=study, inputs=inputs, functions="compiled C" if bench.compiles else "interpreted")
+        return how | {"machine": how["machine"] | load}

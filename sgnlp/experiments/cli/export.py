@@ -1,0 +1,71 @@
+"""`sgnlp export`: the nonlinear programs of problems for whoever has only CasADi, with a catalogue."""
+
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import tyro
+from rich.console import Console
+
+from sgnlp.base.errors import InputError
+from sgnlp.cli import codes
+from sgnlp.cli.flags import ROWS, Observing, made
+from sgnlp.experiments.testset import Entry, export
+from sgnlp.planning import results
+from sgnlp.planning.problem import pose
+from sgnlp.planning.starts import starts
+from sgnlp.show import tables
+
+COLUMNS = {
+    "name": "problem", "variables": "variables", "rows": "rows", "jacobian_nonzeros": "nnz J",
+    "hessian_nonzeros": "nnz H", "surface_points": "surface points", "initial": "f(x0)", "best": "best known f",
+    "residual": "its residual", "solver": "found by", "best_start": "from start",
+}  # fmt: skip
+
+
+@dataclass(kw_only=True)
+class Export(Observing):
+    """Write the nonlinear program of each cloud as CasADi functions with bounds, start and best known point.
+
+    A folder for each holds them with `load.py`, which needs casadi alone; beside them lies a catalogue.
+    """
+
+    files: tyro.conf.Positional[tuple[Path, ...]]
+    """the clouds"""
+    start: int = 0
+    """the start whose program it is; all are solved for the best known point"""
+    catalogue: bool = False
+    """write the catalogue alone"""
+    out: Path = Path("results/testset")
+    """folder of the programs and the catalogue"""
+
+    def run(self, console: Console) -> int:
+        """One program after the other, then the catalogue."""
+        if not 0 <= self.start < self.starts:
+            raise InputError(f"--start must be one of the {self.starts} starts, 0 to {self.starts - 1}")
+        results.writable(self.out)
+        rows, inputs = [], {}
+        for file in self.files:
+            observation = self.observation(file)
+            problem = pose(observation, self.hand, self.settings, self.seed)
+            program = export(observation.name, problem, starts(problem, self.starts, self.seed), self.start, self.seed)
+            if not self.catalogue:
+                program.write(self.out / observation.name)
+            rows.append(program.entry)
+            inputs[observation.name] = observation.digest
+            console.print(f"{observation.name}: best known {program.entry.best:.6f}", soft_wrap=True)
+        self._catalogue(rows, inputs)
+        console.print(f"written: {self.out}", soft_wrap=True)
+        return codes.FEASIBLE
+
+    def _catalogue(self, rows: list[Entry], inputs: dict[str, str]) -> None:
+        results.write_rows(self.out / ROWS, rows)
+        results.write_text(self.out / "table.md", tables.markdown([_line(row) for row in rows]))
+        how: dict[str, Any] = made(inputs=inputs, hand=self.hand, settings=asdict(self.settings))
+        results.write_text(self.out / "made.json", results.json_text(how))
+
+
+def _line(row: Entry) -> dict[str, str]:
+    shown = {field.name: getattr(row, field.name) for field in fields(Entry) if field.name in COLUMNS}
+    texts = {name: f"{value:.9g}" if isinstance(value, float) else str(value) for name, value in shown.items()}
+    return {COLUMNS[name]: text for name, text in texts.items()}

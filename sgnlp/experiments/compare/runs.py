@@ -1,0 +1,173 @@
+"""One solver on one problem from one start, in a process of its own: every tolerance, cold and warm."""
+
+import math
+import os
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sgnlp.base.settings import Settings
+from sgnlp.experiments.compare.route import Route, Run, Stage, functions_of
+from sgnlp.experiments.compare.row import Row
+from sgnlp.hand.hand import load_hand
+from sgnlp.perception.observation import load
+from sgnlp.planning.problem import Problem, pose
+from sgnlp.planning.solution import Solution
+from sgnlp.planning.solvers.anatomy import Answer, Array
+from sgnlp.planning.solvers.multipliers import best_residuals
+from sgnlp.planning.solvers.process import Send, apart, spend
+from sgnlp.planning.starts import Start, starts
+from sgnlp.program.nlp import ENERGY_UNIT
+
+GRACE = 1.5
+"""The kernel ends a process at so many times its limit, if it has not stopped by itself at the limit."""
+TRACED = 0
+"""The start whose way is kept; the residuals of every way would take longer than the solvers."""
+TRACE_POINTS = 16
+"""Points kept of a way, even in the logarithm of time."""
+
+
+def rows_of(run: Run) -> list[Row]:
+    """The rows of a run; what was not reached, or not tried, has a row with the reason."""
+    problem = _posed(run.file, run.hand, run.settings, run.seed)
+    start = starts(problem, run.start + 1, run.seed)[run.start]
+    built = sum(functions_of(problem, formulation)[1] for formulation, _ in run.stages())
+    sent, reason = apart(partial(_work, run, problem, start), GRACE * run.limit)
+    rows = [replace(row, object=_name(run.file), build=built) for row in sent]
+    return [*rows, *_missing(run, rows, reason)]
+
+
+def chosen(run: Run) -> Solution | str:
+    """The solution of a run at its first tolerance, for a look at it, or the reason why there is none."""
+    problem = _posed(run.file, run.hand, run.settings, run.seed)
+    start = starts(problem, run.start + 1, run.seed)[run.start]
+
+    def work(send: Send) -> None:
+        spend(GRACE * run.limit)
+        route = Route(run, problem, start, run.tolerances[0], lambda x: None)
+        send(route.solution(route.solve()))
+
+    sent, reason = apart(work, GRACE * run.limit)
+    return sent[0] if sent else reason
+
+
+@lru_cache(maxsize=1)
+def _posed(file: Path, hand: str, settings: Settings, seed: int) -> Problem:
+    return pose(load(file), load_hand(hand, settings.spheres), settings, seed)
+
+
+@lru_cache(maxsize=8)
+def _name(file: Path) -> str:
+    return load(file).name
+
+
+def _work(run: Run, problem: Problem, start: Start, send: Send) -> None:
+    for tolerance in sorted(run.tolerances, reverse=True):
+        clock = _Clock(run.limit)
+        spend(GRACE * run.limit)
+        route = Route(run, problem, start, tolerance, clock.watch)
+        for repeat in range(run.repeats):
+            row = Row("", run.formulation, run.solver, run.start, tolerance, repeat)
+            clock.late = partial(_late, run, route, clock, row, send)
+            spend(GRACE * run.limit)
+            clock.begin()
+            answer = route.solve()
+            seconds, cpu = clock.read()
+            spend(GRACE * run.limit)
+            row = replace(row, seconds=seconds, cpu=cpu)
+            row = _judged(route, answer, clock, row)
+            send(row)
+            if not row.reached:
+                return
+
+
+class _Clock:
+    """Wall and processor time of a solve; `late` is called at the first ∇f after the limit."""
+
+    def __init__(self, limit: float):
+        self._limit, self.late = limit, lambda x: None
+        self.wall = self.cpu = math.inf
+
+    def begin(self) -> None:
+        self.wall, self.cpu = time.perf_counter(), time.process_time()
+
+    def read(self) -> tuple[float, float]:
+        return time.perf_counter() - self.wall, time.process_time() - self.cpu
+
+    def watch(self, x: Array) -> None:
+        if time.process_time() > self.cpu + self._limit:
+            self.late(x)
+
+
+def _late(run: Run, route: Route, clock: _Clock, row: Row, send: Send, x: Array) -> None:
+    """End the process at the limit with the last point as the answer, which does not count as reached."""
+    seconds, cpu = clock.read()
+    spend(GRACE * run.limit)
+    failure = f"over {run.limit:g} s of processor time"
+    row = replace(row, seconds=seconds, cpu=cpu, failure=failure)
+    points = len(route.last.meter.points)
+    row = _judged(route, Answer(x.copy(), "stopped", points), clock, row)
+    send(replace(row, reached=False))
+    os._exit(0)
+
+
+def _judged(route: Route, answer: Answer, clock: _Clock, row: Row) -> Row:
+    """The row of an answer, whatever its status says."""
+    stage, task = route.last, route.last.judged
+    calls: dict[str, Any] = dict(route.calls(answer))
+    kkt, estimated = best_residuals(task, answer.x, answer.multipliers)
+    finite = bool(np.isfinite(answer.x).all())
+    found = route.solution(answer, kkt) if finite else None
+    energy = ENERGY_UNIT * float(stage.oracle.objective(answer.x, task.p))
+    measured = (energy, kkt.dual, kkt.primal, kkt.complementarity)
+    return replace(
+        row,
+        reached=bool(np.isfinite(measured).all() and kkt.worst <= row.tolerance),
+        energy=energy,
+        energy_start=ENERGY_UNIT * float(stage.oracle.objective(route.first(), task.p)),
+        lowest=ENERGY_UNIT * answer.lowest,
+        dual=kkt.dual,
+        primal=kkt.primal,
+        complementarity=kkt.complementarity,
+        estimated=estimated,
+        feasible=found is not None and found.feasible,
+        margin=found.worst_margin if found else math.nan,
+        iterations=answer.iterations,
+        **calls,
+        setup=route.setup,
+        status=answer.status,
+        trace=_trace(stage, clock.cpu) if (row.start, row.repeat) == (TRACED, 0) else "",
+    )
+
+
+def _trace(stage: Stage, begin: float) -> str:
+    """Seconds, energies and residuals at points of the way, with multipliers that are ours."""
+    points = [(moment - begin, x) for moment, x in stage.meter.points if moment > begin]
+    return " ".join(f"{moment:.4g}:{energy:.6g}:{residual:.3g}" for moment, energy, residual in _way(stage, points))
+
+
+def _way(stage: Stage, points: Sequence[tuple[float, Array]]) -> Iterator[tuple[float, float, float]]:
+    if not points:
+        return
+    times = np.array([moment for moment, _ in points])
+    wanted = np.searchsorted(times, np.geomspace(times[0], times[-1], TRACE_POINTS)).clip(max=len(points) - 1)
+    task = stage.judged
+    for moment, x in (points[i] for i in sorted(set(wanted.tolist()))):
+        kkt, _ = best_residuals(task, x, None)
+        yield moment, ENERGY_UNIT * float(stage.oracle.objective(x, task.p)), kkt.worst
+
+
+def _missing(run: Run, rows: Sequence[Row], reason: str) -> list[Row]:
+    """A row for each tolerance without one, from loose to tight, with what went wrong before it."""
+    found: list[Row] = []
+    tried = {row.tolerance for row in rows}
+    for tolerance in sorted(set(run.tolerances) - tried, reverse=True):
+        failure = "not tried: a looser tolerance was not reached" if tried or found else reason
+        row = Row(_name(run.file), run.formulation, run.solver, run.start, tolerance, 0, failure=failure)
+        found.append(replace(row, failure=reason) if reason and not found else row)
+    return found

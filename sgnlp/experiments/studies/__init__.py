@@ -1,0 +1,25 @@
+"""Studies: experiments over many objects, one file each, by the name that `sgnlp study` knows them by."""
+
+from sgnlp.experiments.studies import (
+    calibration,
+    comparison,
+    convergence,
+    defaults,
+    pose,
+    timing,
+    triangles,
+    weights,
+)
+from sgnlp.experiments.studies.study import Study
+
+STUDIES: dict[str, Study] = {
+    "calibration": calibration.STUDY,
+    "comparison": comparison.STUDY,
+    "convergence": convergence.STUDY,
+    "defaults": defaults.STUDY,
+    "pose": pose.STUDY,
+    "time": timing.STUDY,
+    "triangles": triangles.STUDY,
+    "weights": weights.STUDY,
+}
+"""A study is one line here."""

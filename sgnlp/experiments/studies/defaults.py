@@ -1,0 +1,159 @@
+"""How the defaults were chosen: one step at a time, from the paper's weights with its errata corrected.
+
+Each step changes some settings of an earlier one. They are chosen by the tuning half of the problems, and judged by
+the half that is held out. The settings are whole: those of the command line have no say, and others than the default
+are refused.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+from sgnlp.base.errors import InputError
+from sgnlp.base.presets import PAPER, ROBUST
+from sgnlp.base.settings import Settings
+from sgnlp.experiments.studies import trials
+from sgnlp.experiments.studies.study import Case, Lines, Setup, Study, Tables
+from sgnlp.experiments.studies.trials import LOADS, Condition, Row
+from sgnlp.perception.observation import Observation
+from sgnlp.show.plots import Panel
+
+CAMERAS = 2
+FINAL = "exterior noise 0.05 m"
+"""The step that ends at the robust preset."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """Settings by their names, changed from those of an earlier step; the first has none before it."""
+
+    before: str
+    changes: Mapping[str, Any]
+    cameras: int = CAMERAS
+
+
+_FORCES = {
+    "limits.force_min": 4.0,
+    "limits.force_max": 10.0,
+    "limits.gain_min": 100.0,
+    "weights.gain": 0.0,
+    "contact.friction": 0.6,
+    "limits.rotation_deg": 10.0,
+    "limits.shift": 0.01,
+}
+_CLOSED = {"gpis.exterior_noise": 0.05}
+_TORQUES = {"limits.effort": 1.0}
+STEPS = {
+    "paper": Step("", {}),
+    "whole hand covered": Step("paper", {"spheres": "cover", "limits.table_margin": 0.012}),
+    "force, stiffness, reserve": Step("whole hand covered", _FORCES),
+    "weight of 0.3 kg": Step("force, stiffness, reserve", {"contact.mass": 0.3}),
+    FINAL: Step("weight of 0.3 kg", _CLOSED),
+    "weight of 0.3 kg, 1 view": Step("weight of 0.3 kg", {}, cameras=1),
+    f"{FINAL}, 1 view": Step("weight of 0.3 kg, 1 view", _CLOSED, cameras=1),
+    "pad ignored": Step(FINAL, {"contact.pad": False}),
+    "exterior noise 0.02 m": Step(FINAL, {"gpis.exterior_noise": 0.02}),
+    "ranked by energy": Step(FINAL, {"rank_by": "energy"}),
+    "ranked by stiffness": Step(FINAL, {"rank_by": "stiffness"}),
+    "Matérn 5/2": Step(FINAL, {"gpis.kernel": "matern52"}),
+    "force 6 to 15 N": Step(FINAL, {"limits.force_min": 6.0, "limits.force_max": 15.0}),
+    "friction 0.5": Step(FINAL, {"contact.friction": 0.5}),
+    "torques within the effort": Step(FINAL, _TORQUES),
+    "torques within the effort, 1 view": Step(f"{FINAL}, 1 view", _TORQUES, cameras=1),
+}
+"""From the paper to the default, then what was tried beside it."""
+
+
+def changed(settings: Settings, changes: Mapping[str, Any]) -> Settings:
+    """Settings with some of them changed, each by its name, `limits.shift`."""
+    for path, value in changes.items():
+        section, _, name = path.rpartition(".")
+        part = {section: replace(getattr(settings, section), **{name: value})} if section else {name: value}
+        settings = replace(settings, **part)
+    return settings
+
+
+def settings_of(name: str) -> Settings:
+    """The whole settings of a step."""
+    step = STEPS[name]
+    return changed(settings_of(step.before), step.changes) if step.before else PAPER
+
+
+def _given(settings: Settings, _: Settings) -> Settings:
+    return settings
+
+
+CONDITIONS = tuple(Condition(name, step.cameras, partial(_given, settings_of(name))) for name, step in STEPS.items())
+
+
+def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:
+    """Every object in every step.
+
+    Raises:
+        InputError: the settings are not the default, which would have no effect.
+    """
+    if setup.settings != ROBUST:
+        raise InputError("the study of the defaults has its own settings: leave out --preset and the flags of settings")
+    return trials.cases(CONDITIONS, setup, observations)
+
+
+def table(load_name: str, rows: Sequence[Row]) -> Lines:
+    """A line for each step under a load: success on both halves and what it gained over the step that it changes."""
+    names = [name for name in STEPS if name in trials.present(rows)]
+    lines = []
+    for line in trials.totals(rows, names):
+        name = line["condition"]
+        if line["load"] == load_name:
+            gains = {f"gain, {half}": gain(rows, name, load_name, key) for key, half in trials.HALVES.items()}
+            kept = {key: value for key, value in line.items() if key not in ("condition", "load", "all")}
+            lines.append({"step": name, "changes": STEPS[name].before} | kept | gains)
+    return lines
+
+
+def gain(rows: Sequence[Row], name: str, load_name: str, half: str) -> str:
+    """Points of success that a step gained over that before it, on the objects of a half that have both."""
+    now, before = (
+        {row.object: row.score for row in trials.of(rows, condition, load_name, half)}
+        for condition in (name, STEPS[name].before)
+    )
+    both = now.keys() & before.keys()
+    return f"{100 * sum(now[key] - before[key] for key in both) / len(both):+.0f}" if both else "-"
+
+
+def meaning() -> Lines:
+    """A line for each step: what it changes."""
+    return [
+        {
+            "step": name,
+            "changes": step.before or "the preset paper",
+            "cameras": str(step.cameras),
+            "settings": ", ".join(f"{name} = {value}" for name, value in step.changes.items()),
+        }
+        for name, step in STEPS.items()
+    ]
+
+
+def tables(rows: Sequence[Row]) -> Tables:
+    """Success under each load, how the trials ended, and what the steps are."""
+    found = {f"Success in percent with 95 % intervals, {name}": table(name, rows) for name in LOADS}
+    return found | {"Endings": trials.endings(rows, trials.present(rows)), "Steps": meaning()}
+
+
+def panels(rows: Sequence[Row]) -> list[Panel]:
+    """Success of every step on the half that they were chosen with."""
+    return trials.panels(rows, trials.present(rows), "tuning")
+
+
+STUDY = Study(
+    question="how were the defaults chosen, and what does each step from the paper to them gain?",
+    row=Row,
+    cases=cases,
+    tables=tables,
+    panels=panels,
+    caption=(
+        "Success of the first choice in simulation under two loads, for each step from the paper's settings to the "
+        "defaults and for what was tried beside them, on problems of the tuning half, with Wilson's 95 % intervals."
+    ),
+    facts=partial(trials.facts, CONDITIONS),
+)

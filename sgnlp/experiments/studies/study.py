@@ -1,0 +1,159 @@
+"""The anatomy of a study: cases give rows, and rows give tables and a figure.
+
+A study is a file beside this one, ending in its `Study`, and a line in `STUDIES` (`__init__.py`). The rest is common:
+the cases run in processes, each case's rows are kept as it ends, and those that are kept are not run again.
+"""
+
+import math
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, astuple, dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from sgnlp.base.errors import InputError
+from sgnlp.base.settings import Settings
+from sgnlp.perception.observation import Observation, ObservationSettings, load
+from sgnlp.planning import results
+from sgnlp.planning.workers import Workers, each, one_at_a_time
+from sgnlp.show.plots import Panel
+
+Key = tuple[str, ...]
+Lines = list[dict[str, str]]
+"""The lines of a table, all of the same keys."""
+Tables = dict[str, Lines]
+"""Tables by their titles."""
+REST = 2.0
+"""Rows are written every so many seconds at most, and at the end however it comes: thousands of cases end faster."""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What the command line says; a study takes from it what it needs. `timeout` [s] is that of a start."""
+
+    files: tuple[Path, ...]
+    hand: str
+    settings: Settings
+    starts: int
+    seed: int
+    timeout: float
+
+    def facts(self) -> dict[str, Any]:
+        """What rows of plans depend on."""
+        facts = {"seed": self.seed, "starts": self.starts, "hand": self.hand, "timeout": self.timeout}
+        return facts | {"settings": asdict(self.settings), "cleaning": asdict(ObservationSettings())}
+
+    def observations(self) -> list[Observation]:
+        """Every cloud, so that a bad one is told before the hours of work.
+
+        Raises:
+            InputError: a file cannot be read, or two have the same name.
+        """
+        wholes = [load(file) for file in self.files]
+        names = [whole.name for whole in wholes]
+        twice = [name for name in names if names.count(name) > 1]
+        if twice:
+            raise InputError(f"two of the clouds are called '{twice[0]}'")
+        return wholes
+
+
+@dataclass(frozen=True)
+class Case:
+    """Work that is done whole or not at all, in a process of its own. Its rows begin with the fields of `key`."""
+
+    key: Key
+    work: Callable[[], list[Any]]
+
+
+@dataclass(frozen=True)
+class Study:
+    """An experiment.
+
+    Attributes:
+        question: what it answers, in a line.
+        row: its rows, a dataclass of str, int, float and bool.
+        cases: all that is to be done, given the setup and its observations.
+        tables: the tables over all rows.
+        panels: the panels of the figure over all rows.
+        caption: what the figure shows.
+        facts: what the rows depend on beside the clouds; rows of other facts are never mixed.
+        clouds: whether it is made on clouds.
+        alone: whether its cases run one at a time, for their times to mean something.
+        failed: the trials among the rows that are worth a look, carried out again.
+    """
+
+    question: str
+    row: type[Any]
+    cases: Callable[[Setup, Sequence[Observation]], list[Case]]
+    tables: Callable[[Sequence[Any]], Tables]
+    panels: Callable[[Sequence[Any]], list[Panel]]
+    caption: str
+    facts: Callable[[Setup], dict[str, Any]] = Setup.facts
+    clouds: bool = True
+    alone: bool = False
+    failed: Callable[[Setup, Sequence[Any]], Iterator[Any]] | None = None
+
+
+def body(name: str) -> str:
+    """The name of an object without the number of its pose."""
+    stem, _, pose = name.rpartition("_")
+    return stem if stem and pose.isdigit() else name
+
+
+def view_sets(names: Sequence[str]) -> list[list[str]]:
+    """One camera (the first), two (the others), all: as in the paper's experiments."""
+    names = list(names)
+    return [names] if len(names) < 2 else [names[:1], names[1:], names] if len(names) > 2 else [names[:1], names]
+
+
+def over_views(
+    work: Callable[[Setup, Path, list[str]], list[Any]], setup: Setup, observations: Sequence[Observation]
+) -> list[Case]:
+    """A case for each object and set of views; rows begin with the name and the views."""
+    return [
+        Case((whole.name, " ".join(views)), partial(work, setup, file, views))
+        for file, whole in zip(setup.files, observations, strict=True)
+        for views in view_sets(whole.view_names)
+    ]
+
+
+def collect(
+    kind: type[Any], cases: Sequence[Case], file: Path, workers: Workers, progress: Callable[[int, int], None]
+) -> tuple[list[Any], dict[str, str]]:
+    """The rows of every case, read from a file or worked out and written to it as they come, and why cases failed.
+
+    The rows are in the order of the cases, whatever the order in which they ended. `progress` hears how many cases of
+    how many are done.
+    """
+    width = len(cases[0].key)
+    done: dict[Key, list[Any]] = {}
+    for row in results.read_rows(file, kind):
+        done.setdefault(tuple(str(value) for value in astuple(row)[:width]), []).append(row)
+    order = dict.fromkeys([*(case.key for case in cases), *done])
+    failures: dict[str, str] = {}
+    waiting = [case for case in cases if case.key not in done]
+    written = -math.inf
+
+    def rows() -> list[Any]:
+        return [row for key in order for row in done.get(key, [])]
+
+    try:
+        for case, outcome in each(_work, waiting, workers):
+            if isinstance(outcome, str):
+                failures[" ".join(case.key)] = outcome
+            else:
+                done[case.key] = outcome
+                if time.monotonic() > written + REST:
+                    results.write_rows(file, rows())
+                    written = time.monotonic()
+            progress(len(cases) - len(waiting) + sum(c.key in done for c in waiting) + len(failures), len(cases))
+    finally:
+        if written > -math.inf:
+            results.write_rows(file, rows())
+    return rows(), failures
+
+
+def _work(case: Case) -> list[Any]:
+    with one_at_a_time():
+        return case.work()

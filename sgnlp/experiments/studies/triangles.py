@@ -1,0 +1,233 @@
+"""The triangle study: does letting the object move get around the limits of the joint torques?
+
+The paper's experiment in the plane: two triangles, three sets of contacts, 100 poses each; how many poses have a
+feasible compliant grasp, and how many of those a grasp in force closure without any motion, under the same limit. From
+the paper: contacts, vertices, and one result, direct force closure in about 85 % of the feasible poses. From its
+release: three fingers of two links of 0.7 m, μ = 0.5, 5 N, poses within ±0.5 m and ±45° whose contacts all fingers
+reach, and the limit 12 — on J⁻¹f, which is no torque. The torque is Jᵀf, and both are measured here. Chosen here, as
+neither says it: fingers that do not cross, elbows outwards, 5 N along the normal, gains up to 200 N/m, the motions
+below on a straight way, and the limit kept all along it.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import islice, product
+from math import inf
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.experiments.studies.planar import Demands, Finger, Stage, holds, least_torque, turn
+from sgnlp.experiments.studies.significance import percent
+from sgnlp.experiments.studies.study import Case, Setup, Study, Tables
+from sgnlp.perception.observation import Observation
+from sgnlp.show.plots import Panel, Series
+
+Array = NDArray[np.float64]
+
+TRIANGLES = {"1": ((0, 0), (1, 0), (0.5, 1)), "2": ((0, 0), (1, 0), (1, 1))}
+"""Vertices, counter-clockwise [m]; the paper draws them, and its contacts lie on them."""
+CONTACTS = {
+    ("1", "1"): ((0.5, 0.0), (0.75, 0.5), (0.25, 0.5)),
+    ("1", "2"): ((0.4, 0.0), (0.8, 0.4), (0.2, 0.4)),
+    ("1", "3"): ((0.6, 0.0), (0.7, 0.6), (0.3, 0.6)),
+    ("2", "1"): ((0.5, 0.0), (1.0, 0.5), (0.5, 0.5)),
+    ("2", "2"): ((0.4, 0.0), (1.0, 0.4), (0.4, 0.4)),
+    ("2", "3"): ((0.6, 0.0), (1.0, 0.6), (0.6, 0.6)),
+}
+"""By triangle and configuration (paper, table of contacts), one on each edge [m]."""
+LINKS = (0.7, 0.7)
+FINGERS = (Finger((0.5, -1.0), LINKS, 1), Finger((1.0, 1.0), LINKS, -1), Finger((0.0, 1.0), LINKS, 1))
+POSES = 100
+WITHIN, TURNED = 0.5, np.pi / 4
+"""Poses are drawn within ± this [m], [rad] (release)."""
+DEMANDS = Demands(friction=0.5, force=5.0, gains=(5.0, 200.0), stiffness=0.1)
+FARTHEST = np.array([0.3, 0.3, np.radians(30)])
+"""Motions: the centroid of the contacts along x and y [m], and the object about it [rad], up to this each way."""
+HALVINGS = 2
+"""How often the steps of the search are halved, down to 75 mm and 7.5°."""
+STAGES = 5
+"""Poses on the way, both ends included, at which cones and limit are kept."""
+LIMITS = {"Jᵀf": (2.5, 3.0, 3.5, 4.0, 5.0, 7.0, 12.0), "J⁻¹f": (12.0,)}
+"""Limits [N m], and [N/m] of the release's quantity."""
+SHOWN = {"Jᵀf": 3.5, "J⁻¹f": 12.0}
+"""The limit shown for each configuration: half of 5 N times the reach of 1.4 m, and that of the release."""
+PAPER = "about 85"
+
+
+@dataclass(frozen=True)
+class Row:
+    """A pose, and the least limit under which it has a grasp: directly, or with the motion; inf if under none."""
+
+    triangle: str
+    configuration: str
+    pose: int
+    x: float
+    y: float
+    angle_deg: float
+    direct: float
+    compliant: float
+    direct_inverse: float
+    compliant_inverse: float
+
+
+def edge_normals(triangle: str) -> Array:
+    """Outward normals (3, 2) of the edges."""
+    vertices = np.array(TRIANGLES[triangle], dtype=float)
+    edges = np.roll(vertices, -1, axis=0) - vertices
+    return np.stack([edges[:, 1], -edges[:, 0]], axis=1) / np.linalg.norm(edges, axis=1, keepdims=True)
+
+
+def stage(points: Array, normals: Array) -> Stage | None:
+    """Contacts with the Jᵀ of each finger; None where a finger does not reach."""
+    reached = [m for finger, tip in zip(FINGERS, points, strict=True) if (m := finger.torques(tip)) is not None]
+    return Stage(points, normals, np.stack(reached)) if len(reached) == len(FINGERS) else None
+
+
+def way(points: Array, normals: Array, motion: Array) -> list[Stage] | None:
+    """The stages of a motion (x, y, angle); None where a finger does not reach one of them."""
+    centre = points.mean(axis=0)
+    stages = []
+    for beta in np.linspace(0, 1, STAGES) if motion.any() else (0.0,):
+        R = turn(beta * motion[2])
+        there = stage((points - centre) @ R.T + centre + beta * motion[:2], normals @ R.T)
+        if there is None:
+            return None
+        stages.append(there)
+    return stages
+
+
+def inverted(there: Stage) -> Stage:
+    """The stage with J⁻¹ in the place of Jᵀ, as in the release."""
+    return replace(there, torques=np.linalg.inv(np.swapaxes(there.torques, 1, 2)).astype(float))
+
+
+def poses(seed: int, triangle: str, configuration: str) -> Iterator[tuple[float, float, float]]:
+    """Random poses (x, y, angle) without end, those whose contacts the fingers reach."""
+    rng = np.random.default_rng([seed, int(triangle), int(configuration)])
+    contacts = np.array(CONTACTS[triangle, configuration])
+    while True:
+        x, y, angle = rng.uniform(-1, 1, 3) * (WITHIN, WITHIN, TURNED)
+        if stage(contacts @ turn(angle).T + (x, y), edge_normals(triangle)) is not None:
+            yield x, y, angle
+
+
+def least_limit(stages: Sequence[Stage] | None) -> float:
+    """The least limit under which a way has a grasp, inf if under none."""
+    grasp = least_torque(stages, DEMANDS) if stages else None
+    return grasp.torque if stages and grasp is not None and holds(grasp, stages, DEMANDS) else inf
+
+
+def search(value: Callable[[Array], float]) -> tuple[float, float]:
+    """The value of no motion, and the least one found.
+
+    The farthest motions each way and their combinations, then a compass search from the best (Kolda et al. 2003).
+    """
+    values = {step: value(FARTHEST * step) for step in product((0.0, -1.0, 1.0), repeat=3)}
+    best = min(values, key=values.__getitem__)
+    for size in 0.5 ** np.arange(1, HALVINGS + 1):
+        while True:
+            around = [tuple(best + sign * size * axis) for axis in np.eye(3) for sign in (-1, 1)]
+            inside = [step for step in around if max(map(abs, step)) <= 1]
+            values |= {step: value(FARTHEST * step) for step in inside if step not in values}
+            nearest = min(inside, key=values.__getitem__)
+            if values[nearest] >= values[best]:
+                break
+            best = nearest
+    return values[0.0, 0.0, 0.0], values[best]
+
+
+def rows_of(seed: int, triangle: str, configuration: str, pose: int) -> list[Row]:
+    """The row of a pose."""
+    x, y, angle = next(islice(poses(seed, triangle, configuration), pose, None))
+    points = np.array(CONTACTS[triangle, configuration]) @ turn(angle).T + (x, y)
+    normals = edge_normals(triangle) @ turn(angle).T
+
+    def torque(motion: Array) -> float:
+        return least_limit(way(points, normals, motion))
+
+    def released(motion: Array) -> float:
+        stages = way(points, normals, motion)
+        return least_limit(stages and [inverted(there) for there in stages])
+
+    numbers = (x, y, np.degrees(angle), *search(torque), *search(released))
+    return [Row(triangle, configuration, pose, *(round(float(number), 6) for number in numbers))]
+
+
+def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:
+    """A case for each pose."""
+    return [
+        Case((*key, str(pose)), partial(rows_of, setup.seed, *key, pose)) for key in CONTACTS for pose in range(POSES)
+    ]
+
+
+def counts(rows: Sequence[Row], quantity: str, limit: float) -> tuple[int, int]:
+    """Poses with a compliant grasp under a limit, and those with a direct one."""
+    suffix = "" if quantity == "Jᵀf" else "_inverse"
+    compliant, direct = (sum(getattr(row, kind + suffix) <= limit for row in rows) for kind in ("compliant", "direct"))
+    return compliant, direct
+
+
+def tables(rows: Sequence[Row]) -> Tables:
+    """By limit over all poses, and by configuration at one limit."""
+    by_limit = [
+        {"limit on": quantity, "limit [N m]": f"{limit:g}"} | _counted(rows, quantity, limit)
+        for quantity, limits in LIMITS.items()
+        for limit in limits
+    ]
+    by_configuration = [
+        {"limit on": f"{quantity} ≤ {limit:g}", "triangle": key[0], "configuration": key[1]}
+        | _counted([row for row in rows if (row.triangle, row.configuration) == key], quantity, limit)
+        for quantity, limit in SHOWN.items()
+        for key in CONTACTS
+    ]
+    return {"Grasps by limit": by_limit, "Grasps by configuration": by_configuration}
+
+
+def _counted(rows: Sequence[Row], quantity: str, limit: float) -> dict[str, str]:
+    compliant, direct = counts(rows, quantity, limit)
+    return {
+        "poses": str(len(rows)),
+        "compliant": str(compliant),
+        "direct": str(direct),
+        "direct of compliant [%] (95 %)": percent(direct, compliant),
+        "paper [%]": PAPER,
+    }
+
+
+def panels(rows: Sequence[Row]) -> list[Panel]:
+    """Share of poses that have a grasp over the limit, for each configuration."""
+    shown = []
+    for key in CONTACTS:
+        own = [row for row in rows if (row.triangle, row.configuration) == key]
+        if own:
+            limits = np.linspace(0, 8, 161).tolist()
+            found = zip(*(counts(own, "Jᵀf", limit) for limit in limits), strict=True)
+            shares = [[100 * count / len(own) for count in column] for column in found]
+            named = zip(("compliant", "direct"), shares, strict=True)
+            series = tuple(Series(name, limits, share, look="line") for name, share in named)
+            title = f"triangle {key[0]}, configuration {key[1]}"
+            shown.append(Panel(title, "limit of the joint torques [N m]", "poses [%]", series))
+    return shown
+
+
+def facts(setup: Setup) -> dict[str, Any]:
+    """The seed."""
+    return {"seed": setup.seed, "poses": POSES}
+
+
+STUDY = Study(
+    question="does letting the object move get around the limits of the joint torques?",
+    row=Row,
+    cases=cases,
+    tables=tables,
+    panels=panels,
+    caption=(
+        "Share of the poses with a compliant grasp, and of those in force closure without any motion, over the "
+        "limit of the joint torques."
+    ),
+    facts=facts,
+    clouds=False,
+)

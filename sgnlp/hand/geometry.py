@@ -1,0 +1,132 @@
+"""Numbers that tell whether a hand's description fits its meshes, itself and an object: distances in metres."""
+
+import casadi as ca
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from sgnlp.hand.hand import Hand
+from sgnlp.hand.hand_file import Finger
+from sgnlp.hand.kinematics import Backend, backends, forward, frames
+from sgnlp.hand.meshes import link_meshes, link_poses, mesh_links
+from sgnlp.perception.synthetic.meshes import Mesh
+
+Array = NDArray[np.float64]
+
+ORIGIN = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+FACE_POINTS = 1000
+"""Points drawn from the faces of a mesh beside its vertices: a long face has none in its middle."""
+
+
+def protrusions(hand: Hand) -> dict[str, float]:
+    """How far [m] the meshes of each link reach out of all spheres at the reference pose; negative if they do not."""
+    centres, radii = frames(hand, ORIGIN, hand.reference)[1], np.array([sphere.radius for sphere in hand.spheres])
+    poses = link_poses(hand, ORIGIN, hand.reference)
+    found: dict[str, float] = {}
+    for name, mesh, pose in zip(mesh_links(hand), link_meshes(hand)[0], poses, strict=True):
+        points = surface_points(mesh, FACE_POINTS) @ pose[:3, :3].T + pose[:3, 3]
+        outside = np.full(len(points), np.inf)
+        for centre, radius in zip(centres, radii, strict=True):
+            outside = np.minimum(outside, np.linalg.norm(points - centre, axis=1) - radius)
+        found[name] = max(found.get(name, -np.inf), float(outside.max()))
+    return found
+
+
+def surface_points(mesh: Mesh, count: int) -> Array:
+    """The vertices of a mesh and `count` points drawn evenly from its area (U + count, 3) [m], always the same."""
+    rng = np.random.default_rng(0)
+    corners = mesh.vertices[mesh.faces]  # (F, 3, 3)
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    chosen = corners[rng.choice(len(corners), count, p=area / area.sum())]
+    return np.vstack([mesh.vertices, np.einsum("pk,pkx->px", rng.dirichlet(np.ones(3), count), chosen)])
+
+
+def tips(hand: Hand) -> Array:
+    """The tips (m, 3) [m] at the reference pose, seen from the root link."""
+    return frames(hand, ORIGIN, hand.reference)[0]
+
+
+def finger_bases(hand: Hand) -> Array:
+    """Where the first joint of each finger is that does not move all of them (m, 3) [m], at the reference pose."""
+    data = hand.model.createData()
+    pin.forwardKinematics(hand.model, data, hand.reference)
+    lines = [_own_joints(hand, finger) for finger in hand.fingers]
+    return np.array([data.oMi[line[0]].translation for line in lines])
+
+
+def _own_joints(hand: Hand, finger: Finger) -> list[int]:
+    """The joints of the model that move a finger's tip and not all tips, root first; the last one if there is none."""
+    model = hand.model
+    line, *others = (
+        list(model.supports[model.frames[model.getFrameId(one.frame, pin.FrameType.BODY)].parentJoint])
+        for one in (finger, *hand.fingers)
+    )
+    own = [joint for joint in line if not all(joint in other for other in others)]
+    return own or line[-1:]
+
+
+def pad_gaps(hand: Hand) -> Array:
+    """How far (m,) [m] each finger's pad is off the meshes of the finger at the reference pose; negative inside them.
+
+    A finger without meshes is taken to reach as far beyond its tip's link as its longest bone.
+    """
+    poses, names, meshes = link_poses(hand, ORIGIN, hand.reference), mesh_links(hand), link_meshes(hand)[0]
+    gaps = []
+    for finger, pad in zip(hand.fingers, tips(hand), strict=True):
+        own = set(_own_joints(hand, finger))
+        links = {frame.name for frame in hand.model.frames if frame.parentJoint in own}
+        distances = [
+            np.linalg.norm(surface_points(mesh, FACE_POINTS) @ pose[:3, :3].T + pose[:3, 3] - pad, axis=1).min()
+            for name, mesh, pose in zip(names, meshes, poses, strict=True)
+            if name in links
+        ]
+        bare = np.linalg.norm(finger.offset) - _longest_bone(hand, finger)
+        gaps.append(float(min(distances, default=bare)) - finger.radius)
+    return np.array(gaps)
+
+
+def _longest_bone(hand: Hand, finger: Finger) -> float:
+    """The largest distance [m] between a joint of a finger and the next, or the tip's link, at the reference pose."""
+    data, frame = hand.model.createData(), hand.model.getFrameId(finger.frame, pin.FrameType.BODY)
+    pin.framesForwardKinematics(hand.model, data, hand.reference)
+    places = [*(data.oMi[j].translation for j in _own_joints(hand, finger)), data.oMf[frame].translation]
+    return float(np.linalg.norm(np.diff(places, axis=0), axis=1).max())
+
+
+def pair_gaps(hand: Hand) -> Array:
+    """The distances (P,) between the spheres of each pair at the reference pose; negative where they overlap."""
+    centres = frames(hand, ORIGIN, hand.reference)[1]
+    gaps = [
+        np.linalg.norm(centres[i] - centres[j]) - hand.spheres[i].radius - hand.spheres[j].radius for i, j in hand.pairs
+    ]
+    return np.array(gaps, float)
+
+
+def start_offsets(hand: Hand, edge: float) -> Array:
+    """For each wrist start, how far the middle of the tips is from that of a cube of this edge (W,)."""
+    extents = np.full(3, edge)
+    poses = [start.pose(np.zeros(3), extents) for start in hand.wrist_starts]
+    return np.linalg.norm([frames(hand, pose, hand.reference)[0].mean(axis=0) for pose in poses], axis=1)
+
+
+def kinematics_errors(hand: Hand, samples: int, seed: int = 0) -> dict[Backend, float]:
+    """The largest difference of the symbolic tips and spheres to numeric Pinocchio's, by backend, at random poses."""
+    n = len(hand.joint_names)
+    symbols = ca.SX.sym("wrist", 7), ca.SX.sym("joints", n), ca.SX.sym("v", 6 + n)
+    errors: dict[Backend, float] = {}
+    for backend in backends():
+        f = forward(hand, *symbols, using=backend)
+        points = ca.Function("points", list(symbols), [ca.vertcat(f.tips, f.spheres)])
+        rng, worst = np.random.default_rng(seed), 0.0
+        for _ in range(samples):
+            wrist, joints = _random_pose(rng), rng.uniform(hand.lower, hand.upper)
+            expected = np.vstack(frames(hand, wrist, joints))
+            worst = max(worst, float(np.abs(np.array(points(wrist, joints, np.zeros(6 + n))) - expected).max()))
+        errors[backend] = worst
+    return errors
+
+
+def _random_pose(rng: np.random.Generator) -> Array:
+    """A pose (7,) within 1 m of the origin, in any orientation."""
+    quaternion = rng.normal(size=4)
+    return np.concatenate([rng.uniform(-1, 1, 3), quaternion / np.linalg.norm(quaternion)])

@@ -1,0 +1,138 @@
+"""The hand: kinematic model, fingers, collision spheres, reference pose, wrist starts and gain bounds.
+
+A hand is a folder of `urdf/` holding one `hand.yaml` (its keys are described in `urdf/README.md`). Nothing here
+depends on the number of fingers or on the names of one hand.
+"""
+
+import functools
+import hashlib
+import importlib.resources
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from sgnlp.base.errors import InputError, unknown
+from sgnlp.hand import hand_file
+from sgnlp.hand.hand_file import Finger, Sphere, WristStart
+from sgnlp.hand.model import Mimic, joint_model, mimics, own_joints, urdf_file
+from sgnlp.hand.urdf_checks import description
+from sgnlp.hand.yaml_nodes import Array, frozen, word
+
+HAND_FILE = "hand.yaml"
+
+
+@dataclass(frozen=True, eq=False)
+class Hand:
+    """A multi-fingered hand with n joints and m fingers; every joint array follows `joint_names`."""
+
+    name: str
+    urdf: Path
+    description: str
+    """The URDF as Pinocchio and MuJoCo read it, by `sgnlp.hand.urdf_checks`."""
+    model: pin.Model
+    """The tree of joints with the root link fixed at the origin (no free flyer)."""
+    root: str
+    joint_names: tuple[str, ...]
+    """The n joints in Pinocchio's order, which sorts by name and not by finger, without those that mimic others."""
+    mimics: tuple[Mimic, ...]
+    """The joints that follow others."""
+    lower: Array  # (n,) [rad or m]
+    upper: Array  # (n,) [rad or m]
+    effort: Array  # (n,) [N m or N]
+    velocity: Array  # (n,) [rad/s or m/s]
+    reference: Array  # (n,) [rad or m]
+    fingers: tuple[Finger, ...]
+    spheres: tuple[Sphere, ...]
+    tip_spheres: tuple[int, ...]
+    """Index into `spheres` of each finger's pad, in finger order."""
+    pairs: tuple[tuple[int, int], ...]
+    """Indices into `spheres` of the pairs checked for self-collision."""
+    wrist_starts: tuple[WristStart, ...]
+    gain_lower: Array  # (m,) [N/m]
+    gain_upper: Array  # (m,) [N/m]
+    gain_initial: Array  # (m,) [N/m]
+    digest: str
+    """SHA-256 of the description, the URDF and the preset of spheres."""
+
+    @property
+    def moving_joints(self) -> tuple[str, ...]:
+        """The joints that move, those of their own first, then those that mimic them."""
+        return (*self.joint_names, *(mimic.name for mimic in self.mimics))
+
+    def moving_angles(self, joints: Array) -> Array:
+        """Where the `moving_joints` stand [rad or m], for the joints (n,)."""
+        return np.array([*joints, *(mimic.angle(joints[mimic.joint]) for mimic in self.mimics)])
+
+
+def available_hands() -> tuple[str, ...]:
+    """The names that `load_hand` knows, sorted."""
+    return tuple(sorted(file.parent.name for file in _library().glob(f"*/{HAND_FILE}")))
+
+
+def load_hand(name_or_folder: str | Path, spheres: str = "cover") -> Hand:
+    """The hand of that name in `urdf/`, or of a folder holding `hand.yaml`, with one preset of its spheres.
+
+    Raises `InputError`, in one line, for an unknown hand, preset, key, link or joint and for values that contradict
+    each other or the URDF.
+    """
+    file = Path(name_or_folder) / HAND_FILE
+    if str(name_or_folder) in available_hands():
+        file = _library() / str(name_or_folder) / HAND_FILE
+    if not file.is_file():
+        raise unknown("hand", str(name_or_folder), [*available_hands(), f"a folder holding {HAND_FILE}"])
+    try:
+        return _loaded(file, hand_file.text(file), spheres)
+    except InputError as error:
+        raise InputError(f"{file.parent.name}/{file.name}: {error}") from None
+
+
+@functools.lru_cache(maxsize=16)
+def _loaded(file: Path, text: str, preset: str) -> Hand:
+    """The same text gives the same hand, so what is built for a hand is built once."""
+    return _build(file, hand_file.entries(text), preset, text)
+
+
+def _library() -> Path:
+    """The folder of the hand descriptions: in the installed package, else beside it in the source tree."""
+    try:
+        return Path(str(importlib.resources.files("sgnlp.urdf")))
+    except ModuleNotFoundError:
+        return Path(__file__).parents[2] / "urdf"
+
+
+def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
+    urdf = urdf_file(data["urdf"], file.parent)
+    described = description(urdf)
+    model = joint_model(described, data["root"])
+    names = own_joints(model)
+    fingers = hand_file.fingers(data["fingers"], model)
+    finger_names = [finger.name for finger in fingers]
+    spheres = hand_file.spheres(data["spheres"], preset, model, finger_names)
+    lower, upper = frozen(model.lowerPositionLimit), frozen(model.upperPositionLimit)
+    gain_lower, gain_upper, gain_initial = hand_file.gains(data["gains"], finger_names)
+    return Hand(
+        name=word(data["name"], "name"),
+        urdf=urdf,
+        description=described,
+        model=model,
+        root=data["root"],
+        joint_names=names,
+        mimics=mimics(model),
+        lower=lower,
+        upper=upper,
+        effort=hand_file.effort(data["effort"], names),
+        velocity=frozen(model.velocityLimit),
+        reference=hand_file.reference(data["reference"], names, lower, upper),
+        fingers=fingers,
+        spheres=spheres.spheres,
+        tip_spheres=spheres.pads,
+        pairs=spheres.pairs,
+        wrist_starts=hand_file.wrist_starts(data["wrist"]),
+        gain_lower=gain_lower,
+        gain_upper=gain_upper,
+        gain_initial=gain_initial,
+        digest=hashlib.sha256(b"\0".join([text.encode(), urdf.read_bytes(), preset.encode()])).hexdigest(),
+    )

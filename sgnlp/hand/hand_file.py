@@ -1,0 +1,212 @@
+"""The parts of a hand's file `hand.yaml`, each read and checked on its own. Its keys are in `urdf/README.md`."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+import yaml
+
+from sgnlp.base.errors import InputError, unknown
+from sgnlp.hand.model import coordinates, link
+from sgnlp.hand.yaml_nodes import (
+    Array,
+    any_mapping,
+    check_order,
+    frozen,
+    mapping,
+    numbers,
+    positive,
+    sequence,
+    unknown_name,
+    word,
+)
+
+KEYS = ("name", "urdf", "root", "effort", "fingers", "reference", "gains", "wrist", "spheres")
+MIN_FINGERS = 3  # fewer frictional point contacts cannot hold a rigid body against every wrench
+
+
+@dataclass(frozen=True, eq=False)
+class Finger:
+    """A finger whose tip is a sphere of `radius` [m] centred at `offset` (3,) [m] in the link `frame`."""
+
+    name: str
+    frame: str
+    offset: Array
+    radius: float
+    joints: tuple[int, ...]
+    """Indices into `Hand.joint_names` of what moves the tip, root first; a mimic joint counts as the one it follows."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sphere:
+    """A collision sphere of `radius` [m] fixed to `link`, with its `centre` (3,) [m] in the link's frame."""
+
+    name: str
+    link: str
+    centre: Array
+    radius: float
+
+
+@dataclass(frozen=True, eq=False)
+class SphereSet:
+    """A preset: its spheres, the index of each finger's pad among them, and the pairs checked for self-collision."""
+
+    spheres: tuple[Sphere, ...]
+    pads: tuple[int, ...]
+    pairs: tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class WristStart:
+    """An initial pose of the hand's root link, relative to the bounding box of the observed points."""
+
+    position: Array
+    """(3,) [m], from the middle of the box's top face, world axes."""
+    quaternion: Array
+    """(4,) x y z w, the orientation of the root link in the world."""
+
+    def pose(self, centre: Array, extents: Array) -> Array:
+        """The root link's pose (7,), x y z qx qy qz qw, for a box of `centre` (3,) and `extents` (3,) [m]."""
+        top = np.asarray(centre, float) + np.array([0.0, 0.0, 0.5 * float(extents[2])])
+        return np.concatenate([top + self.position, self.quaternion])
+
+
+def text(file: Path) -> str:
+    """The text of the file."""
+    try:
+        return file.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{file} is not YAML: {error}") from None
+    except OSError as error:
+        raise InputError(f"{file} cannot be read: {error.strerror}") from None
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML's safe loader, which takes the last of two equal keys, made to refuse the second."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen = set()
+        for key, _ in node.value:
+            if key.value in seen and isinstance(key, yaml.ScalarNode):
+                raise InputError(f"the key '{key.value}' is there twice (line {key.start_mark.line + 1}); remove one")
+            seen.add(str(key.value))
+        return super().construct_mapping(node, deep)
+
+
+def entries(content: str) -> dict[str, Any]:
+    """The entries of the file from its text, exactly those of `KEYS`."""
+    try:
+        return mapping(yaml.load(content, _Loader), "the file", KEYS)
+    except (yaml.YAMLError, ValueError, TypeError) as error:
+        tabs = [i for i, line in enumerate(content.splitlines(), 1) if "\t" in line]
+        if tabs and "\\t" in str(error):
+            raise InputError(f"line {tabs[0]} of the file has a tab; YAML is indented by spaces") from None
+        raise InputError(f"the file is not YAML: {' '.join(str(error).split())}") from None
+
+
+def fingers(node: Any, model: pin.Model) -> tuple[Finger, ...]:
+    """The fingers, in the file's order."""
+    read = tuple(finger(entry, model) for entry in sequence(node, "fingers"))
+    if len({one.name for one in read}) < max(MIN_FINGERS, len(read)):
+        raise InputError(f"{len(read)} fingers given; at least {MIN_FINGERS} of different names are needed")
+    for one, other in combinations(read, 2):
+        if one.frame == other.frame:
+            raise InputError(f"fingers '{one.name}' and '{other.name}' have one tip, '{one.frame}'; each has its own")
+    return read
+
+
+def finger(node: Any, model: pin.Model) -> Finger:
+    """One finger."""
+    data = mapping(node, "a finger", ("name", "tip", "offset", "radius"))
+    name = word(data["name"], "the name of a finger")
+    frame = link(data["tip"], model, f"tip of finger '{name}'")
+    joints, tip = coordinates(model, frame), model.frames[frame].name
+    if not joints:
+        raise InputError(f"finger '{name}': no movable joint between the root and '{tip}'")
+    offset = numbers(data["offset"], (3,), f"offset of finger '{name}'")
+    return Finger(name, tip, offset, positive(data["radius"], f"radius of finger '{name}'"), joints)
+
+
+def effort(node: Any, names: Sequence[str]) -> Array:
+    """The largest torque (n,) [N m] of each joint."""
+    values = numbers(node, (len(names),), "effort")
+    for name, value in zip(names, values, strict=True):
+        positive(value, f"effort of joint '{name}'")
+    return values
+
+
+def reference(node: Any, names: Sequence[str], lower: Array, upper: Array) -> Array:
+    """The relaxed pose (n,) [rad or m], inside the limits."""
+    angles = mapping(node, "reference", names)
+    values = numbers([angles[name] for name in names], (len(names),), "reference")
+    check_order(lower, values, upper, names, "reference angle")
+    return values
+
+
+def gains(node: Any, names: Sequence[str]) -> tuple[Array, Array, Array]:
+    """Lower, upper and initial gains (m,) [N/m] of the fingers."""
+    data = mapping(node, "gains", ("lower", "upper", "initial"))
+    lower, upper, initial = (numbers(data[key], (len(names),), f"gains {key}") for key in ("lower", "upper", "initial"))
+    positive(lower.min(), "gains lower")
+    check_order(lower, initial, upper, names, "gain")
+    return lower, upper, initial
+
+
+def spheres(node: Any, preset: str, model: pin.Model, names: Sequence[str]) -> SphereSet:
+    """The spheres of one preset, for fingers of these names."""
+    presets = any_mapping(node, "spheres")
+    if preset not in presets:
+        raise unknown("preset of spheres", preset, presets)
+    data = mapping(presets[preset], f"spheres {preset}", ("spheres", "pads", "pairs"))
+    read = tuple(_sphere(name, value, model) for name, value in any_mapping(data["spheres"], "spheres").items())
+    index = {sphere.name: i for i, sphere in enumerate(read)}
+
+    def find(name: Any, kind: str) -> int:
+        if str(name) not in index:
+            raise unknown_name(kind, str(name), index)
+        return index[str(name)]
+
+    pads = mapping(data["pads"], "pads", names)
+    tips = tuple(find(pads[name], f"sphere of the pad of finger '{name}'") for name in names)
+    if len(set(tips)) < len(tips):
+        twice = next(tip for tip in tips if tips.count(tip) > 1)
+        raise InputError(f"pads: the sphere '{read[twice].name}' is the pad of two fingers; name each one's own")
+    pairs = []
+    for pair in sequence(data["pairs"], "pairs"):
+        if len(sequence(pair, "a pair")) != 2 or pair[0] == pair[1]:
+            raise InputError(f"a pair must be two different spheres, not {pair}")
+        pairs.append((find(pair[0], "sphere in a pair"), find(pair[1], "sphere in a pair")))
+    return SphereSet(read, tips, tuple(pairs))
+
+
+def _sphere(name: str, node: Any, model: pin.Model) -> Sphere:
+    data = mapping(node, f"sphere '{name}'", ("link", "centre", "radius"))
+    on = model.frames[link(data["link"], model, f"link of sphere '{name}'")].name
+    centre = numbers(data["centre"], (3,), f"centre of sphere '{name}'")
+    return Sphere(name, on, centre, positive(data["radius"], f"radius of sphere '{name}'"))
+
+
+def wrist_starts(node: Any) -> tuple[WristStart, ...]:
+    """Wrist starts from `position` [m] and intrinsic XYZ `euler_deg`, followed by the fixed turn `root_euler_deg`."""
+    data = mapping(node, "wrist", ("root_euler_deg", "starts"))
+    turn = _rotation(data["root_euler_deg"], "root_euler_deg")
+    starts = []
+    for i, entry in enumerate(sequence(data["starts"], "wrist starts"), 1):
+        start = mapping(entry, f"wrist start {i}", ("position", "euler_deg"))
+        rotation = _rotation(start["euler_deg"], f"euler_deg of wrist start {i}") @ turn
+        quaternion = frozen(pin.Quaternion(rotation).normalized().coeffs())
+        starts.append(WristStart(numbers(start["position"], (3,), f"position of wrist start {i}"), quaternion))
+    if not starts:
+        raise InputError("wrist starts must be a list of one at least")
+    return tuple(starts)
+
+
+def _rotation(euler_deg: Any, where: str) -> Array:
+    """The rotation Rx(a) Ry(b) Rz(c) of intrinsic XYZ angles (3,) [deg]."""
+    angles = np.radians(numbers(euler_deg, (3,), where))
+    rx, ry, rz = (pin.utils.rotate(axis, angle) for axis, angle in zip("xyz", angles, strict=True))
+    return rx @ ry @ rz

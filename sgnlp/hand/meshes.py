@@ -1,0 +1,104 @@
+"""The meshes that a hand's URDF shows, and where they are."""
+
+import functools
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from sgnlp.base.errors import InputError
+from sgnlp.hand.hand import Hand
+from sgnlp.perception.synthetic.meshes import Mesh, box, cylinder, unit_sphere
+
+Array = NDArray[np.float64]
+
+MIN_THICKNESS = 1e-6
+"""Least ratio of the third to the first singular value of a mesh's vertices: single precision has no more digits."""
+BALL_POINTS, SIDES = 100, 24
+"""Vertices of a sphere and sides of a cylinder that a URDF has in the place of a mesh."""
+
+
+@functools.lru_cache(maxsize=4)
+def _geometry(hand: Hand) -> pin.GeometryModel:
+    """What the URDF shows."""
+    try:
+        model = pin.buildGeomFromUrdfString(hand.model, hand.description, pin.GeometryType.VISUAL, package_dirs=[])
+    except (ValueError, RuntimeError) as error:
+        told = str(error).partition("message:")[2] or str(error)  # without the place in its source
+        told = told.partition("Hint:")[0]
+        raise InputError(
+            f"a mesh of {hand.urdf.name} cannot be read: {' '.join(told.split())}; export it again"
+        ) from None
+    for shown in list(model.geometryObjects):
+        mesh = _mesh(shown)
+        if mesh is None:
+            model.removeGeometryObject(shown.name)
+        elif fault := _fault(mesh):
+            raise InputError(f"the mesh {shown.meshPath} of {hand.urdf.name} {fault}")
+    return model
+
+
+def _fault(mesh: Mesh) -> str:
+    """Why a mesh cannot be the solid of a link; empty if it can."""
+    if not len(mesh.faces):
+        return "has no triangles; export it again"
+    if not np.isfinite(mesh.vertices).all():
+        return "has vertices that are not finite; export it again"
+    spread = np.linalg.svd(mesh.vertices - mesh.vertices.mean(axis=0), compute_uv=False)
+    if len(spread) < 3 or spread[2] < MIN_THICKNESS * spread[0]:
+        return "is flat, so that nothing touches it; give it some thickness, or remove it"
+    return ""
+
+
+def _mesh(shown: pin.GeometryObject) -> Mesh | None:
+    """A geometry of Pinocchio as a mesh; None for what no URDF has."""
+    shape: Any = shown.geometry
+    if hasattr(shape, "tri_indices"):
+        faces = np.array([[t[0], t[1], t[2]] for t in map(shape.tri_indices, range(shape.num_tris))], int).reshape(
+            -1, 3
+        )
+        return Mesh(np.array(shape.vertices()), faces[:, ::-1] if np.prod(shown.meshScale) < 0 else faces)
+    if hasattr(shape, "halfSide"):
+        return box(2 * np.array(shape.halfSide))
+    if hasattr(shape, "halfLength"):
+        return cylinder(shape.radius, 2 * shape.halfLength, SIDES)
+    if hasattr(shape, "radius"):
+        ball = unit_sphere(BALL_POINTS)
+        return Mesh(shape.radius * ball.vertices, ball.faces)
+    return None
+
+
+def link_meshes(hand: Hand) -> tuple[list[Mesh], list[tuple[float, float, float]]]:
+    """The L meshes of the links in their own frames [m], and their colours.
+
+    Raises:
+        InputError: a mesh of the URDF is not there, or is none.
+    """
+    meshes, colours = [], []
+    for shown in _geometry(hand).geometryObjects:
+        mesh = _mesh(shown)
+        assert mesh is not None  # the others were removed
+        meshes.append(mesh)
+        red, green, blue, _ = map(float, shown.meshColor)
+        colours.append((red, green, blue))
+    return meshes, colours
+
+
+def mesh_files(hand: Hand) -> list[tuple[str, tuple[float, ...]]]:
+    """Of the L meshes, the path of the file, "" for a solid of the URDF's own, and the scale that it is read with."""
+    return [(shown.meshPath, tuple(map(float, shown.meshScale))) for shown in _geometry(hand).geometryObjects]
+
+
+def mesh_links(hand: Hand) -> list[str]:
+    """The names of the links that the L meshes belong to."""
+    return [hand.model.frames[shown.parentFrame].name for shown in _geometry(hand).geometryObjects]
+
+
+def link_poses(hand: Hand, wrist: Array, joints: Array) -> Array:
+    """Poses (L, 4, 4) of the meshes in the world, for the root link at `wrist` (7) and `joints` (n)."""
+    geometry, data = _geometry(hand), hand.model.createData()
+    places = geometry.createData()
+    pin.updateGeometryPlacements(hand.model, data, geometry, places, np.asarray(joints, float))
+    root = pin.XYZQUATToSE3(np.asarray(wrist, float))
+    return np.array([(root * place).homogeneous for place in places.oMg])

@@ -1,0 +1,58 @@
+"""Where the meshes are that a URDF names."""
+
+import difflib
+import os
+from pathlib import Path
+from urllib.parse import unquote
+
+from sgnlp.base.errors import InputError
+
+MESH_SUFFIXES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
+LFS_POINTER = b"version https://git-lfs"
+"""How a file begins that Git LFS has not yet fetched."""
+
+
+def mesh_file(text: str, folder: Path, owner: str) -> Path:
+    """The path of a mesh that a URDF in a folder names; `package://NAME/` is any folder above the URDF of that name.
+
+    Raises:
+        InputError: no file is there, or it is none of a mesh; `owner` says whose.
+    """
+    scheme, colon, rest = text.partition("://")
+    if not colon:
+        candidates = [folder / text.replace("\\", "/")]
+    elif scheme == "file":
+        candidates = [folder / unquote(rest)]
+    else:
+        package, _, inner = rest.partition("/")
+        above = [place for place in (folder, *folder.parents) if place.name == package]
+        candidates = [place / inner for place in above] if scheme == "package" else []
+    found = next((path for path in candidates if text and path.is_file()), None)
+    if found is None:
+        forms = (
+            "the path from the URDF's folder, package://NAME/PATH with NAME a folder above the URDF, or file:///PATH"
+        )
+        raise InputError(f"{owner}: the mesh '{text}' is not there; valid are {forms}{_beside(text, folder)}")
+    if found.suffix.lower() not in MESH_SUFFIXES:
+        raise InputError(f"{owner}: the mesh '{text}' must end in {' '.join(MESH_SUFFIXES)}; convert it")
+    with found.open("rb") as stream:
+        head = stream.read(len(LFS_POINTER))
+    if not head:
+        raise InputError(f"{owner}: the mesh '{text}' is empty; export it again")
+    if head == LFS_POINTER:
+        raise InputError(f"{owner}: the mesh '{text}' is a pointer of Git LFS; fetch what it stands for: git lfs pull")
+    return Path(os.path.abspath(found))
+
+
+def _beside(text: str, folder: Path) -> str:
+    """A hint where the end of a path that is not there is a file in the URDF's folder or below the one above."""
+    parts = [part for part in text.replace("\\", "/").split("/") if part]
+    for start in range(len(parts)):
+        inner = "/".join(parts[start:])
+        for place, prefix in ((folder, ""), (folder.parent, "../")):
+            if (place / inner).is_file():
+                return f"; '{prefix}{inner}' is there"
+        near = difflib.get_close_matches(parts[-1], [f.name for f in folder.glob("*.*")], 1)
+        if start == len(parts) - 1 and near:
+            return f"; '{near[0]}' is there"
+    return ""

@@ -1,0 +1,171 @@
+"""Files of calibrated cameras, as JSON or YAML: our own, and those of Open3D, ROS, RealSense and BOP."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from sgnlp.base.errors import InputError
+from sgnlp.perception.clouds import floats
+
+FloatArray = NDArray[np.float64]
+
+YAML_SUFFIXES = (".yaml", ".yml")
+MILLIMETRE = 0.001  # [m] the unit of BOP's translations, and of its depth_scale
+MATRICES = ("K", "k", "camera_matrix", "cam_K", "intrinsics", "intrinsic")
+"""Keys of the nine numbers of K."""
+KNOWN = (
+    "K and pose, Open3D's (intrinsic, extrinsic), ROS's CameraInfo (k or K, d or D) with a pose, "
+    "RealSense's (fx, fy, ppx, ppy) with a pose, or BOP's (cam_K, cam_R_w2c, cam_t_w2c)"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """What a file says of a camera, unchecked."""
+
+    intrinsics: FloatArray  # (3, 3) [px]
+    pose: FloatArray  # (4, 4), or (3, 4) its upper rows: camera to world [m]
+    size: tuple[float, float] | None = None  # (width, height) [px] of its images
+    unit: float | None = None  # [m] of its depths
+    notes: tuple[str, ...] = ()
+
+
+def read(path: Path, image: str) -> Camera:
+    """The camera of a file; of a file of many, the one with the number that the name `image` is.
+
+    Raises `InputError` that says what is missing, not begun with the path.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+        loaded = next(yaml.safe_load_all(text), None) if path.suffix.lower() in YAML_SUFFIXES else json.loads(text)
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}") from error
+    except (ValueError, yaml.YAMLError, RecursionError) as error:
+        raise InputError(f"is not the JSON or YAML of a camera: {' '.join(str(error).split())}") from error
+    if not isinstance(loaded, Mapping):
+        raise InputError(f"is not the JSON or YAML of a camera, which has {KNOWN}")
+    found = _one(dict(loaded), image)
+    _undistorted(found)
+    inner = [found[key] for key in MATRICES if isinstance(found.get(key), Mapping) and "data" not in found[key]]
+    source = found | dict(inner[0]) if inner else found
+    K = _intrinsics(source)
+    pose, notes = _pose(found)
+    unit = None
+    if "cam_K" in found and "depth_scale" in found:
+        unit = float(_numbers(found, "depth_scale", 1)[0]) * MILLIMETRE
+    elif "depth_scale" in found:  # metres for RealSense, millimetres for BOP
+        notes.append(f"Did not use 'depth_scale', {found['depth_scale']}, of the camera's file; see --unit.")
+    return Camera(K, pose, _size(source), unit, tuple(notes))
+
+
+def _numbers(found: Mapping[str, Any], key: str, count: int | None) -> FloatArray:
+    """All numbers of an array one after the other, which may be written as rows, cols and data."""
+    value = found[key]
+    value = value["data"] if isinstance(value, Mapping) and "data" in value else value
+    try:
+        return floats(np.ravel(value), key, (count,))
+    except ValueError as error:
+        raise InputError(f"'{key}' must be an array of real numbers; its rows differ in length") from error
+
+
+def _one(found: dict[str, Any], image: str) -> dict[str, Any]:
+    """The entry of a scene_camera.json, which has one for each number of an image."""
+    if "parameters" in found and isinstance(found["parameters"], list):
+        raise InputError(
+            f"is a trajectory of {len(found['parameters'])} cameras; save each 'parameters' entry as a file"
+        )
+    if "frames" in found or "transform_matrix" in found:
+        raise InputError(
+            "has 'transform_matrix' with OpenGL's axes (y up, z back); give K and pose = it @ diag(1, -1, -1, 1)"
+        )
+    entries = {str(key): entry for key, entry in found.items() if str(key).isdigit() and isinstance(entry, Mapping)}
+    if not entries or len(entries) < len(found):
+        return found
+    number = str(int(image)) if image.isdigit() else None
+    if len(entries) > 1 and number not in entries:
+        raise InputError(
+            f"has the cameras of {len(entries)} images, none of which is '{image}'; save one of them as a file"
+        )
+    return dict(entries[number] if number in entries else next(iter(entries.values())))
+
+
+def _intrinsics(found: Mapping[str, Any]) -> FloatArray:
+    """K (3, 3) from rows, or all numbers row by row; Open3D's, which stand column by column, turned."""
+    for key in MATRICES:
+        if key in found and not (isinstance(found[key], Mapping) and "data" not in found[key]):
+            return _numbers(found, key, 9).reshape(3, 3)
+    if "intrinsic_matrix" in found:
+        K = _numbers(found, "intrinsic_matrix", 9).reshape(3, 3)
+        return K if np.array_equal(K[2], [0, 0, 1]) else K.T
+    names = ("fx", "fy", *(("ppx", "ppy") if "ppx" in found else ("cx", "cy")))
+    missing = [name for name in names if name not in found]
+    if missing:
+        name = "K" if "fx" not in found else missing[0]
+        raise InputError(f"the key '{name}' is missing; a camera has {KNOWN}")
+    fx, fy, cx, cy = (float(_numbers(found, name, 1)[0]) for name in names)
+    return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
+
+
+def _pose(found: Mapping[str, Any]) -> tuple[FloatArray, list[str]]:
+    """Camera to world, and a note where the file has it the other way round."""
+    if "pose" in found:
+        return _matrix(found), []
+    if "extrinsic" in found:
+        extrinsic = _numbers(found, "extrinsic", 16).reshape(4, 4)
+        by_columns = np.array_equal(extrinsic[:, 3], [0, 0, 0, 1])
+        return _inverse(extrinsic.T if by_columns else extrinsic), ["Inverted 'extrinsic', which is world to camera."]
+    if "cam_R_w2c" in found and "cam_t_w2c" in found:
+        world = np.eye(4)
+        world[:3, :3] = _numbers(found, "cam_R_w2c", 9).reshape(3, 3)
+        world[:3, 3] = _numbers(found, "cam_t_w2c", 3) * MILLIMETRE
+        return _inverse(world), ["Inverted 'cam_R_w2c' and 'cam_t_w2c', which are world to camera in mm."]
+    raise InputError(
+        "the key 'pose' is missing: the 16 numbers of the matrix from the camera's (optical) frame to the world; "
+        f"a camera has {KNOWN}"
+    )
+
+
+def _matrix(found: Mapping[str, Any]) -> FloatArray:
+    """The pose (4, 4), or its upper rows (3, 4)."""
+    value = found["pose"]
+    numbers = None if isinstance(value, Mapping) and "data" not in value else _numbers(found, "pose", None)
+    if numbers is None or len(numbers) == 7:
+        raise InputError(
+            "'pose' has a quaternion; give the matrix [[R, t], [0 0 0 1]] with "
+            "R = scipy.spatial.transform.Rotation.from_quat([x, y, z, w]).as_matrix()"
+        )
+    if len(numbers) not in (12, 16):
+        raise InputError(f"'pose' must have the 16 numbers of [[R, t], [0 0 0 1]]; found {len(numbers)}")
+    return numbers.reshape(-1, 4)
+
+
+def _inverse(pose: FloatArray) -> FloatArray:
+    """Of a rigid motion; of anything else it is no rigid motion either."""
+    R, t = pose[:3, :3], pose[:3, 3]
+    return np.block([[R.T, -(R.T @ t)[:, None]], [pose[3:]]])
+
+
+def _undistorted(found: Mapping[str, Any]) -> None:
+    """Refuse a lens with distortion: images are rectified."""
+    for key in ("d", "D", "distortion_coefficients", "coeffs", "distortion"):
+        if key in found:
+            coefficients = _numbers(found, key, None)
+            if not (coefficients == 0).all():
+                raise InputError(
+                    f"the lens distortion '{key}' is not zero, but images must be rectified: rectify them, or if they "
+                    "are, give the K of rectified images (of ROS the first three columns of p) and leave it out"
+                )
+
+
+def _size(found: Mapping[str, Any]) -> tuple[float, float] | None:
+    for names in (("width", "height"), ("image_width", "image_height")):
+        if all(name in found for name in names):
+            width, height = (float(_numbers(found, name, 1)[0]) for name in names)
+            return width, height
+    return None

@@ -1,0 +1,244 @@
+"""What is dropped of a cloud and why: marks for "no return", the table and what is below, outliers, what cannot be.
+
+Every step notes what it drops. A cloud of one body on a table loses a few outliers and nothing else.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from sgnlp.base.checked import POSITIVE, Checked, Interval
+from sgnlp.base.errors import InputError
+from sgnlp.perception.sampling import MAX_POINTS, grid_sample
+from sgnlp.perception.text_rows import counts
+
+FloatArray = NDArray[np.float64]
+
+SIMPLEX_POINTS = 4  # fewer points enclose no volume
+SHARE: Interval = (0.0, 1.0)
+SAME = 1e-6
+"""Points that agree to this are the same [m]: no camera gives a point twice to a micrometre."""
+REPEATS = 10
+"""As often as this, and as many times more often than points usually come, a value is a mark and not a measurement."""
+MARK_GAP = 0.1
+"""A coordinate that is 0 in many points, or one low z, is a mark if it is as far as this from all others [m]: the table
+under a body's top, which may be level to the last bit too, is nearer. Others are marks beyond the width of a body."""
+MARKS_NAMED = 3
+"""Of the marks that are found, so many are told."""
+UNITS = {"mm": 0.001, "cm": 0.01, "inches": 0.0254}
+USUAL_WIDTH = (0.03, 0.4)
+"""Width of what a hand grasps [m], by which the unit of a cloud is guessed for its error."""
+
+
+@dataclass(frozen=True)
+class ObservationSettings(Checked):
+    """How a cloud is cleaned and what is refused."""
+
+    section = "cleaning"
+    valid: ClassVar[dict[str, Interval]] = {
+        "outlier_neighbours": POSITIVE,
+        "outlier_deviations": POSITIVE,
+        "max_invalid_share": SHARE,
+        "max_coordinate": POSITIVE,
+        "min_points": (SIMPLEX_POINTS, math.inf),
+        "min_width": POSITIVE,
+        "max_width": POSITIVE,
+        "max_step": POSITIVE,
+        "min_flatness": POSITIVE,
+        "max_share_below_table": SHARE,
+        "table_quantile": SHARE,
+        "max_points": POSITIVE,
+    }
+
+    outlier_neighbours: int = 20
+    """Neighbours whose mean distance tells an outlier; the paper's release takes 20."""
+    outlier_deviations: float = 2.0
+    """Standard deviations above the mean that make an outlier; the release takes 1, which drops 12-42 %."""
+    max_invalid_share: float = 0.2
+    """Largest share of points that may be beyond `max_coordinate`; NaN and infinity, for "no return", may be more."""
+    max_coordinate: float = 1e7
+    """[m] The northings of maps end here; a larger coordinate is some sensor's mark for "no return"."""
+    min_points: int = 30
+    """Fewest points that are not the same, before and after cleaning."""
+    min_width: float = 0.01
+    """[m] Smallest longest side of the cloud's box."""
+    max_width: float = 0.5
+    """[m] Largest longest side of the cloud's box."""
+    max_step: float = 0.015
+    """[m] Largest step of rounded coordinates: beyond a fingertip's radius the shape is lost."""
+    min_flatness: float = 1e-3
+    """Smallest ratio of the second (else a line) and third (else a plane) singular value to the first."""
+    max_share_below_table: float = 0.2
+    """Largest share of points that may lie below the table."""
+    table_quantile: float = 0.005
+    """Quantile of the heights that stands for the table where none is given."""
+    max_points: int = MAX_POINTS
+    """Larger clouds are thinned on a grid to at most this many points."""
+
+
+class Cleaning:
+    """The points that are left, their places in the input, and the notes on those that are not."""
+
+    def __init__(self, points: FloatArray, settings: ObservationSettings, notes: Sequence[str]) -> None:
+        self.points = points  # (n, 3)
+        self.index = np.arange(len(points))  # (n,)
+        self.settings = settings
+        self.notes = list(notes)
+
+    def keep(self, mask: NDArray[np.bool_], reason: str) -> None:
+        """Keep the points of a mask, note how many were dropped and why, refuse too few."""
+        if not mask.all():
+            self.notes.append(f"Dropped {np.sum(~mask)} of {len(mask)} points that {reason}.")
+        self.points, self.index = self.points[mask], self.index[mask]
+        if len(self.points) < self.settings.min_points:
+            dropped = f" ({' '.join(self.notes)})" if self.notes else ""
+            needed = f"at least {self.settings.min_points} are needed"
+            raise InputError(f"has {len(self.points)} points, {needed}{dropped}")
+
+    def measured(self, factor: float, pose: FloatArray | None) -> None:
+        """To metres and, by a pose (4, 4), to the world; drops what is not a finite measurement."""
+        if counts(self.points[:, 0]):
+            raise InputError("the first column counts 0, 1, 2: save x y z alone")
+        if factor != 1.0:
+            self.notes.append(f"Multiplied all coordinates by {factor:g}.")
+        with np.errstate(over="ignore", invalid="ignore"):
+            self.points = self.points * factor
+        self.keep(np.asarray(np.isfinite(self.points).all(axis=1)), "are NaN or infinite")
+        limit = self.settings.max_coordinate
+        valid = np.asarray((np.abs(self.points) <= limit).all(axis=1))
+        share = 1.0 - valid.mean()
+        if share > self.settings.max_invalid_share:
+            raise InputError(f"{share:.0%} of the points are too far from the origin, beyond {limit:g} m")
+        self.keep(valid, f"are beyond {limit:g} m")
+        if pose is not None:
+            self.points = self.points @ pose[:3, :3].T + pose[:3, 3]
+
+    def drop_marks(self, table: float | None) -> None:
+        """Drops points that come again and again, and those of which one coordinate is one far value.
+
+        Such are zeros and other marks for "no return", whether they were moved to the world with the rest or not.
+        """
+        _, first, cell, number = np.unique(
+            _cells(self.points), return_index=True, return_inverse=True, return_counts=True
+        )
+        often = number >= REPEATS * max(1.0, float(np.median(number)))
+        for c in np.flatnonzero(often)[:MARKS_NAMED]:
+            point = ", ".join(f"{x:.5g}" for x in self.points[first[c]])
+            self.notes.append(f"({point}) stands for no return: it comes {number[c]} times.")
+        self.keep(~often[cell], "are the same as many others")
+        for axis, letter in enumerate("xyz"):
+            for side in (1.0, -1.0):
+                self._drop_far_value(axis, letter, side, table)
+
+    def _drop_far_value(self, axis: int, letter: str, side: float, table: float | None) -> None:
+        """Drops points whose coordinate is the least (side 1) or greatest one, exactly, far from all others."""
+        value = side * self.points[:, axis]
+        least = value.min()
+        same = value <= least + SAME
+        rest = value[~same]
+        on_table = letter == "z" and table is not None and abs(side * least - table) < MARK_GAP
+        usual = abs(least) <= SAME or (letter == "z" and side > 0)  # 0, or below everything
+        gap = MARK_GAP if usual else self.settings.max_width
+        if same.sum() >= REPEATS and rest.size and rest.min() >= least + gap and not on_table:
+            self.keep(~same, f"have {letter} = {side * least:.5g} m, a mark for no return")
+
+    def drop_copies(self, raw: FloatArray) -> None:
+        """Drops all but one of equal points; refuses too few different ones, and rounded ones by their `raw` values."""
+        settings, count = self.settings, len(self.points)
+        first = np.unique(_cells(self.points), return_index=True)[1]
+        if len(first) < settings.min_points:
+            raise InputError(f"has {len(first)} different points of {count}, at least {settings.min_points} are needed")
+        step = max(step_of_32_bits(raw[self.index], self.points), *coordinate_steps(self.points))
+        if step > settings.max_step:
+            raise InputError(
+                f"its coordinates are rounded to {1e3 * step:.0f} mm: too far from the origin for 32-bit numbers, or "
+                "saved with too few digits; subtract an offset before they are saved"
+            )
+        self.keep(np.isin(np.arange(count), first), "are copies of others")
+
+    def find_table(self, given: float | None) -> float:
+        """The height of the table, given or estimated; drops what is below it."""
+        heights = self.points[:, 2]
+        span = f"the cloud's heights run from {heights.min():.4f} to {heights.max():.4f} m"
+        if given is None:
+            table = float(np.quantile(heights, self.settings.table_quantile))
+            share = f"{100 * self.settings.table_quantile:g} %"
+            self.notes.append(f"Assumed the table at {table:.4f} m, the {share} quantile of the heights.")
+        else:
+            table = float(given)
+            if not np.isfinite(table):
+                raise InputError(f"the table height must be a number; found {given}")
+        above = heights >= table
+        share_below = 1.0 - above.mean()
+        if share_below > self.settings.max_share_below_table:
+            raise InputError(f"the table at {table:.4f} m is above {share_below:.0%} of the cloud; {span}")
+        self.keep(above, f"lie below the table at {table:.4f} m")
+        return table
+
+    def thin(self) -> None:
+        """One point a grid cell, for clouds above `max_points`."""
+        mask = np.zeros(len(self.points), bool)
+        mask[grid_sample(self.points, self.settings.max_points)] = True
+        self.keep(mask, "share a cell of the thinning grid with another")
+
+    def drop_outliers(self) -> None:
+        """Statistical removal: distance to the neighbours, on average, above its mean + ratio · deviation."""
+        neighbours = min(self.settings.outlier_neighbours, len(self.points) - 1)
+        distances, _ = cKDTree(self.points).query(self.points, k=neighbours + 1)
+        average = np.asarray(distances)[:, 1:].mean(axis=1)  # (n,) [m] without the point itself
+        limit = average.mean() + self.settings.outlier_deviations * average.std()
+        criterion = f"mean distance to {neighbours} neighbours above {1e3 * limit:.1f} mm"
+        self.keep(average <= limit, f"are outliers ({criterion})")
+
+
+def check_shape(points: FloatArray, settings: ObservationSettings, table: float | None) -> None:
+    """Refuse a cloud without volume, or too wide or small for a hand.
+
+    The copy of a flat top on a `table` that was given closes a body below it.
+    """
+    width = float(np.ptp(points, axis=0).max())
+    if width > settings.max_width:
+        units = [f"in {name} (--scale {factor:g})" for name, factor in UNITS.items() if _usual(factor * width)]
+        hint = f"is it {' or '.join(units)}, or not cropped to the object?" if units else "is it cropped to the object?"
+        raise InputError(f"the cloud is {width:.4g} m wide, more than {settings.max_width:g} m; {hint}")
+    if width < settings.min_width:
+        hint = "is its unit the metre? (--scale multiplies all coordinates; 0.001 is for mm)"
+        raise InputError(f"the cloud is {width:.4g} m wide, less than {settings.min_width:g} m; {hint}")
+    closed = points if table is None else np.concatenate([points, points * [1, 1, 0] + [0, 0, table]])
+    spread = np.linalg.svd(closed - closed.mean(axis=0), compute_uv=False)  # (3,) descending
+    if spread[2] < settings.min_flatness * spread[0]:
+        figure = "line" if spread[1] < settings.min_flatness * spread[0] else "plane"
+        top = "; if it is the top of a body, give --table-height" if table is None and figure == "plane" else ""
+        raise InputError(f"all points lie on one {figure}; a solid object needs points in three dimensions{top}")
+
+
+def coordinate_steps(points: FloatArray) -> list[float]:
+    """The least difference [m] of two coordinates along each axis, 0 where there are fewer than three of them."""
+    values = [np.unique(column) for column in points.T]
+    return [float(np.diff(value).min()) if len(value) > 2 else 0.0 for value in values]
+
+
+def step_of_32_bits(raw: FloatArray, points: FloatArray) -> float:
+    """The step [m] of the largest coordinate if all raw ones (n, 3) are numbers of 32 bits, else 0."""
+    single = raw.astype(np.float32)
+    if not (single == raw).all():
+        return 0.0
+    largest = np.abs(single).max()
+    scale = float(np.ptp(points, axis=0).max()) / max(float(np.ptp(raw, axis=0).max()), np.finfo(float).tiny)
+    return float(np.spacing(largest)) * scale
+
+
+def _usual(width: float) -> bool:
+    return USUAL_WIDTH[0] <= width <= USUAL_WIDTH[1]
+
+
+def _cells(points: FloatArray) -> NDArray[np.int64]:
+    """A number (n,) for the cube of edge `SAME` that a point is in, a hash of its place."""
+    cell = np.round((points - np.median(points, axis=0)) / SAME).astype(np.int64)
+    with np.errstate(over="ignore"):
+        return cell @ np.array([1, 0x9E3779B97F4A7C15 - 2**64, 0x517CC1B727220A95])

@@ -1,0 +1,257 @@
+"""Reading a point cloud from a file: npz (one array, or one per camera), npy, or what `point_files` reads."""
+
+import re
+import warnings
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.base.errors import InputError, unknown
+from sgnlp.perception import point_files
+from sgnlp.perception.text_rows import directions
+
+PER_CAMERA = "points_"  # prefix of the keys of a file with one array per camera
+NUMBERS = ("table_height", "mass", "friction")  # keys of single numbers
+TEXTS = ("name", "half")  # keys of texts; the half of a problem set is tuning or held_out
+OPTIONAL_KEYS = ("view", "camera_positions", "mesh_vertices", "mesh_faces", "notes", *NUMBERS, *TEXTS)
+ATTRIBUTES = (
+    *("rgb", "rgba", "bgr", "color", "colors", "colour", "colours", "normal", "normals", "intensity", "intensities"),
+    *("label", "labels", "mask", "class", "classes", "segment", "segments", "semantic", "instance", "instances"),
+    *("id", "ids", "index", "indices", "uv", "confidence", "feature", "features"),
+)
+"""What `points_<word>` holds beside the coordinates of the same points, where <word> is no camera."""
+EXPECTED = (
+    "an npz with 'points' (N, 3) in metres or one array 'points_<camera>' per camera, "
+    f"or a file ending in .npy {' '.join(point_files.SUFFIXES)}"
+)
+MAX_NAME = 100
+UNSAFE = re.compile(r"[^\w .+-]")  # in the name of a folder
+ZIP_HEADS = (b"PK\x03\x04", b"PK\x05\x06")  # of an archive with files, and of an empty one
+NPY_HEAD = b"\x93NUMPY"
+CONVERT = (
+    "holds pickled objects, which are never read; if you trust it, convert it once: python -c "
+    "\"import numpy as np; d = np.load('{file}', allow_pickle=True); "
+    "np.savez('converted.npz', **{how})\""
+)
+"""The one line that makes an npz of what was pickled."""
+
+
+@dataclass(frozen=True, eq=False)
+class RawCloud:
+    """What a file holds, unchecked and in its own unit. Fields as in `sgnlp.perception.observation.observe`."""
+
+    points: object
+    name: str
+    view: object = None
+    view_names: tuple[str, ...] | None = None
+    table_height: float | None = None
+    camera_positions: object = None
+    mesh_vertices: object = None
+    mesh_faces: object = None
+    mass: float | None = None
+    friction: float | None = None
+    half: str = ""
+    notes: tuple[str, ...] = ()  # what was dropped or assumed
+
+
+def read(path: str | Path, key: str | None = None) -> RawCloud:
+    """The cloud in a file; its suffix picks the reader, what `point_files` does not read is npz or npy.
+
+    `key` names the array of an npz that holds the points. Raises `InputError` when the file is missing, not a file,
+    unreadable, damaged, holds pickled objects, or lacks the points.
+    """
+    path = Path(path)
+    try:
+        if path.is_dir():
+            raise InputError(f"is a directory; give {EXPECTED}")
+        if not path.exists():
+            raise InputError("there is no such file")
+        if not path.is_file():
+            raise InputError(f"is not a regular file; give {EXPECTED}")
+        if path.suffix.lower() in point_files.SUFFIXES:
+            text = point_files.read(path)
+            return RawCloud(text.points, safe_name(path.stem), notes=text.notes)
+        arrays = _arrays(path)
+        if isinstance(arrays, dict):
+            return _from_arrays(arrays, safe_name(path.stem), key)
+        return RawCloud(arrays, safe_name(path.stem))
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror or error}") from error
+    except MemoryError as error:
+        raise InputError("does not fit into the memory") from error
+
+
+def check_name(name: str) -> None:
+    """Raise `InputError` for a name that is a path, or too long or empty for a folder."""
+    if not name.strip(" .") or len(name) > MAX_NAME or any(c in "/\\" or not c.isprintable() for c in name):
+        raise InputError(f"the name {name[:40]!r} must be 1 to {MAX_NAME} characters without a path")
+
+
+def safe_name(name: str) -> str:
+    """The name of a folder: letters, digits, spaces and . _ + - of a name, _ for each other character."""
+    return UNSAFE.sub("_", name).lstrip(" .+-")[:MAX_NAME] or "object"
+
+
+def check_truth(**values: float | None) -> None:
+    """Raise `InputError` for a mass or another property of a body that is given and not positive."""
+    for key, value in values.items():
+        if value is not None and not (np.isfinite(value) and value > 0):
+            raise InputError(f"'{key}' must be a positive number; found {value}")
+
+
+def mesh(vertices: object, faces: object) -> tuple[NDArray[np.float64], NDArray[np.int64]] | None:
+    """The vertices (U, 3) and faces (F, 3) of a triangle mesh, checked; None where neither is given."""
+    if vertices is None and faces is None:
+        return None
+    if vertices is None or faces is None:
+        raise InputError("'mesh_vertices' and 'mesh_faces' must be given together")
+    corners = floats(vertices, "mesh_vertices", (None, 3))
+    triangles = integers(faces, "mesh_faces", (None, 3))
+    if not np.isfinite(corners).all():
+        raise InputError("'mesh_vertices' must be finite")
+    if triangles.size and (triangles.min() < 0 or triangles.max() >= len(corners)):
+        raise InputError(f"'mesh_faces' must lie in 0..{len(corners) - 1}, the rows of 'mesh_vertices'")
+    return corners, triangles
+
+
+def rows(value: object, name: str) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """Points (N, 3) of an array of that shape, of an image (H, W, 3) or with fields x, y and z, and what is noted.
+
+    Raises `InputError` for another shape, with the expression that would make it right where that is known.
+    """
+    array = np.asarray(value) if not isinstance(value, np.ndarray) else value
+    names = array.dtype.names or ()
+    if {"x", "y", "z"} <= set(names):
+        array = np.stack([array[axis] for axis in "xyz"], axis=-1)
+    shape = array.shape
+    if len(shape) == 2 and shape[0] == 3 != shape[1] and array.dtype.kind in "fiu":
+        raise InputError(f"'{name}' is of shape {shape}: a point a column; save its transpose, {name}.T")
+    if len(shape) == 2 and shape[1] > 3 and array.dtype.kind in "fiu":
+        raise InputError(f"'{name}' is of shape {shape}; save the three columns of x y z alone, such as {name}[:, :3]")
+    if len(shape) > 2 and shape[-1] == 3:
+        array = array.reshape(-1, 3)
+        return floats(array, name, (None, 3)), (f"Took '{name}' of shape {shape} for {len(array)} points.",)
+    return floats(value if not names else array, name, (None, 3)), ()
+
+
+def floats(value: object, name: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
+    """`value` as a float64 array of `shape` (None: any length), or an `InputError` that calls it `name`."""
+    with np.errstate(over="ignore", invalid="ignore"):  # wider types: what does not fit becomes infinite
+        return _checked(value, name, shape, "fiu", "real numbers").astype(np.float64)
+
+
+def integers(value: object, name: str, shape: tuple[int | None, ...]) -> NDArray[np.int64]:
+    """`value` as an int64 array of `shape` (None: any length), or an `InputError` that calls it `name`."""
+    return _checked(value, name, shape, "iu", "integers").astype(np.int64)
+
+
+def _checked(value: object, name: str, shape: tuple[int | None, ...], kinds: str, what: str) -> NDArray[np.generic]:
+    wanted = "(" + ", ".join("N" if length is None else str(length) for length in shape) + ")"
+    try:
+        array: NDArray[np.generic] = np.asarray(value)
+    except ValueError as error:  # rows of unequal length
+        raise InputError(f"'{name}' must be an array of {what} of shape {wanted}; its rows differ") from error
+    fits = array.ndim == len(shape) and all(w in (None, n) for w, n in zip(shape, array.shape, strict=True))
+    if array.dtype.kind not in kinds or not fits:
+        found = f"{array.dtype} of shape {array.shape}"
+        raise InputError(f"'{name}' must be an array of {what} of shape {wanted}; found {found}")
+    return array
+
+
+def _arrays(path: Path) -> dict[str, object] | NDArray[np.generic]:
+    """Every array of an npz file, or the one of an npy file, never unpickling anything."""
+    arrays: dict[str, object] = {}
+    key = "its array"
+    with path.open("rb") as stream, warnings.catch_warnings(action="ignore"):
+        head = stream.read(len(NPY_HEAD))
+        single = head == NPY_HEAD
+        if not single and head[:4] not in ZIP_HEADS:
+            raise InputError(f"is not an npz; give {EXPECTED}")
+        if not single and not zipfile.is_zipfile(stream):  # the directory at its end is missing
+            raise InputError("is a truncated npz")
+        stream.seek(0)
+        try:
+            if single:
+                return np.asarray(np.load(stream, allow_pickle=False))
+            key = "its directory"
+            with np.load(stream, allow_pickle=False) as file:
+                for key in file.files:
+                    arrays[key] = file[key]
+        except Exception as error:  # a damaged zip or array header can raise almost anything
+            if "allow_pickle" in str(error):
+                said = CONVERT.format(
+                    file=path.name, how="d.item()" if single else "{k: v.tolist() for k, v in d.items()}"
+                )
+                raise InputError(said if single else f"'{key}' {said}") from error
+            reason = (str(error).splitlines() or [type(error).__name__])[0]
+            raise InputError(f"is a damaged {'npy' if single else 'npz'} ({key}: {reason})") from error
+    return arrays
+
+
+def _from_arrays(arrays: dict[str, object], stem: str, chosen: str | None) -> RawCloud:
+    if chosen is not None and chosen not in arrays:
+        raise unknown("key", chosen, arrays)
+    cameras, attributes = ([], []) if chosen is not None else _cameras(arrays)
+    points_key = chosen or "points"
+    if (points_key in arrays) == bool(cameras):
+        fault = "both 'points' and 'points_<camera>'" if cameras else "neither 'points' nor 'points_<camera>'"
+        raise InputError(f"has {fault}; {_offer(arrays)}its keys: {', '.join(sorted(arrays)) or 'none'}")
+    optional = {key: arrays[key] for key in OPTIONAL_KEYS if key in arrays and key != chosen}
+    notes = [f"Took {', '.join(attributes)} for attributes of the points, not for cameras."] if attributes else []
+    if cameras:
+        optional["view_names"] = tuple(key.removeprefix(PER_CAMERA) for key in cameras)
+        read = [rows(arrays[key], key) for key in cameras]
+        clouds = [cloud for cloud, _ in read]
+        notes += [note for _, said in read for note in said]
+        optional["view"] = np.repeat(np.arange(len(clouds)), [len(cloud) for cloud in clouds])
+        points: object = np.concatenate(clouds)
+    else:
+        points = arrays[points_key]
+    _plain(optional, stem)
+    ignored = sorted(set(arrays) - {points_key, *cameras, *attributes, *OPTIONAL_KEYS})
+    notes += [f"Ignored the unknown keys {', '.join(ignored)}."] if ignored else []
+    optional["notes"] = (*optional.get("notes", ()), *notes)  # type: ignore[misc]
+    return RawCloud(points=points, **optional)  # type: ignore[arg-type]
+
+
+def _plain(optional: dict[str, object], stem: str) -> None:
+    """Turn the texts and numbers among the optional arrays into plain ones."""
+    optional.setdefault("name", stem)
+    for key in TEXTS:
+        try:
+            optional[key] = str(optional.get(key, ""))
+        except Exception as error:  # a string array may hold what is no character
+            raise InputError(f"'{key}' is not a text") from error
+    if "notes" in optional:
+        notes = np.asarray(optional["notes"])
+        if notes.dtype.kind != "U" or notes.ndim != 1:
+            raise InputError(f"'notes' must be texts (N,); found {notes.dtype} of shape {notes.shape}")
+        optional["notes"] = tuple(map(str, notes))
+    for key in NUMBERS:
+        if key in optional:
+            optional[key] = float(floats(optional[key], key, ()))
+
+
+def _cameras(arrays: dict[str, object]) -> tuple[list[str], list[str]]:
+    """The keys `points_<camera>`, and those that hold attributes of points instead: colours, normals, labels."""
+    keys = sorted(key for key in arrays if key.startswith(PER_CAMERA))
+    attributes = [key for key in keys if _is_attribute(key.removeprefix(PER_CAMERA).lower(), np.asarray(arrays[key]))]
+    return [key for key in keys if key not in attributes], attributes
+
+
+def _is_attribute(word: str, array: NDArray[np.generic]) -> bool:
+    """By its name, as bytes, which are colours, or by rows of length 1, which are normals."""
+    if word in ATTRIBUTES or array.dtype == np.uint8:
+        return True
+    rows_of_three = array.dtype.kind == "f" and array.ndim == 2 and array.shape[1] == 3 and len(array) > 0
+    return rows_of_three and directions(array.astype(np.float64))
+
+
+def _offer(arrays: dict[str, object]) -> str:
+    """Which arrays could be meant by --key."""
+    shapes = {key: np.asarray(array) for key, array in arrays.items() if key not in (*OPTIONAL_KEYS, *ATTRIBUTES)}
+    fitting = [key for key, a in shapes.items() if a.ndim > 1 and a.shape[-1] == 3 and a.dtype.kind in "fiu"]
+    return f"if '{fitting[0]}' holds the points, say --key {fitting[0]}; " if fitting else ""

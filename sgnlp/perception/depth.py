@@ -1,0 +1,209 @@
+"""Depth images of a calibrated camera, with the object's pixels marked, as the cloud of an observation.
+
+    x = t + R z K⁻¹ (u, v, 1)ᵀ,     z the depth at the pixel (u, v), (R, t) the camera's pose, K its intrinsics
+
+The camera looks along its z axis, x to the right of the image and y down it (OpenCV, ROS's optical frames); (0, 0) is
+the middle of the first pixel. Images are rectified: no lens distortion is undone. Colour is not used; what finds the
+object in it gives the mask.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sgnlp.base.errors import InputError
+from sgnlp.perception import depth_checks, level, masks
+from sgnlp.perception.clouds import floats
+from sgnlp.perception.observation import DEFAULTS, Observation, ObservationSettings, observe
+
+FloatArray = NDArray[np.float64]
+
+TABLE_REACH = 0.1
+"""The table is looked for this far around the object's cloud [m]."""
+TABLE_PIXELS = 100
+"""Fewest pixels of a table."""
+TABLE_DIGITS = 4
+"""Decimals of the height [m] that pixels give a table."""
+ROTATION_ERROR = 1e-3
+"""Largest element of RᵀR - I that is rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class DepthImage:
+    """What a camera measured of a scene. Raises `InputError` for what is no such image.
+
+    Attributes:
+        depth: (height, width) along the camera's axis, in `unit`; 0, negative, NaN, infinite or the largest value of
+            an unsigned type where nothing came back.
+        mask: (height, width) true, or not 0, where the pixel is the object's; soft edges are cut at half.
+        intrinsics: K (3, 3) [px], `[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]`.
+        pose: (4, 4) of the camera in the world [m], whose z is up: it takes camera to world coordinates. (3, 4) are
+            its upper rows.
+        unit: of the depths [m]; 0.001 for the 16-bit images of most cameras.
+        name: of the camera.
+        notes: a sentence for each thing assumed of it.
+    """
+
+    depth: ArrayLike
+    mask: ArrayLike
+    intrinsics: ArrayLike
+    pose: ArrayLike
+    unit: float = 1.0
+    name: str = ""
+    notes: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        """Check every part against the others."""
+        raw = np.asarray(self.depth)
+        if raw.ndim == 3 and raw.shape[2] in (2, 3, 4):
+            raise InputError(
+                f"the depths are a picture of {raw.shape[2]} channels; give the depths themselves, as 16 bits"
+            )
+        depth = floats(raw, "depth", (None, None))
+        lost = depth < 0
+        if raw.dtype.kind == "u":  # what a driver, or -1 as unsigned, writes for no return
+            lost = raw == np.iinfo(raw.dtype).max
+        depth = np.where(lost, 0.0, depth)
+        mask = np.asarray(self.mask)
+        if mask.shape != depth.shape:
+            raise InputError(
+                f"the mask must have the shape of the depth image, {depth.shape}; found {mask.shape}: "
+                "align the colour image that it is of to the depths, or give the mask in the pixels of the depths"
+            )
+        marked, notes = masks.marked(mask)
+        if (lost & marked).any():
+            mark = f"{raw[lost & marked][0]:g}"
+            notes.append(f"Dropped {(lost & marked).sum()} of {marked.sum()} marked pixels of depth {mark}: no return.")
+        if not (np.isfinite(self.unit) and self.unit > 0):
+            raise InputError(f"the unit of the depths must be a positive number of metres; found {self.unit}")
+        K, pose = checked_intrinsics(self.intrinsics), checked_pose(self.pose)
+        for name, value in {"depth": depth, "mask": marked, "intrinsics": K, "pose": pose}.items():
+            object.__setattr__(self, name, value)
+        object.__setattr__(self, "notes", (*self.notes, *notes))
+
+    def points(self) -> FloatArray:
+        """World coordinates (height, width, 3) [m] of every pixel, NaN where nothing came back."""
+        depth, pose = np.asarray(self.depth), np.asarray(self.pose)
+        v, u = np.indices(depth.shape)
+        rays = np.stack([u, v, np.ones_like(u)], axis=-1) @ np.linalg.inv(np.asarray(self.intrinsics)).T
+        z = np.where(np.isfinite(depth) & (depth > 0), depth * self.unit, np.nan)
+        return np.asarray(z[..., None] * (rays @ pose[:3, :3].T) + pose[:3, 3])
+
+
+def checked_intrinsics(value: ArrayLike) -> FloatArray:
+    """K (3, 3). Raises `InputError` for what is none, by its name where it is a transposed one."""
+    K = floats(value, "intrinsics", (3, 3))
+    if np.isfinite(K).all() and np.array_equal(K[:, 2], [0, 0, 1]) and not np.array_equal(K[2], [0, 0, 1]):
+        raise InputError("the intrinsics are transposed: cx and cy belong into the last column; give K by rows")
+    if not (np.isfinite(K).all() and K[0, 0] > 0 and K[1, 1] > 0 and np.array_equal(K[2], [0, 0, 1]) and K[1, 0] == 0):
+        raise InputError("the intrinsics must be [[fx, s, cx], [0, fy, cy], [0, 0, 1]] with positive fx and fy")
+    return K
+
+
+def checked_pose(value: ArrayLike) -> FloatArray:
+    """The pose (4, 4), with the last row where (3, 4) are given. Raises `InputError` for what is no rigid motion."""
+    given = np.asarray(value)
+    pose = floats(given, "pose", (3, 4) if given.shape == (3, 4) else (4, 4))
+    if len(pose) == 3:
+        pose = np.vstack([pose, [0.0, 0, 0, 1]])
+    R = pose[:3, :3]
+    rigid = np.isfinite(pose).all() and np.abs(R.T @ R - np.eye(3)).max() < ROTATION_ERROR and np.linalg.det(R) > 0
+    if rigid and np.array_equal(pose[:, 3], [0, 0, 0, 1]) and pose[3, :3].any():
+        raise InputError("the pose is transposed: its translation belongs into the last column; give it by rows")
+    if not (rigid and np.array_equal(pose[3], [0, 0, 0, 1])):
+        raise InputError("the pose must be [[R, t], [0 0 0 1]] with a rotation matrix R, camera to world")
+    return pose
+
+
+def from_depth(
+    images: DepthImage | Sequence[DepthImage],
+    *,
+    name: str = "object",
+    table_height: float | None = None,
+    settings: ObservationSettings = DEFAULTS,
+) -> Observation:
+    """The observation of an object in one depth image or several, each a view.
+
+    `table_height` [m] is measured where it is not given, as in `arrays`. Raises `InputError` if the marked pixels
+    cannot be the cloud of one graspable object on a table.
+    """
+    images = [images] if isinstance(images, DepthImage) else list(images)
+    names = [image.name or str(i) for i, image in enumerate(images)]
+    return observe(**arrays(images, table_height), view_names=names, name=name, settings=settings)
+
+
+def arrays(images: Sequence[DepthImage], table_height: float | None = None) -> dict[str, Any]:
+    """`points` (N, 3), `view` (N,), `camera_positions` (V, 3), `table_height` (if it is known) and `notes`.
+
+    Where the height of the table is not given it is the median of what else was measured around the object, within
+    `TABLE_REACH` of the box of its points seen from above. Raises `InputError` for an image whose table is far from
+    level, and for depths that no camera measures.
+    """
+    if not images:
+        raise InputError("no depth image is given")
+    names = [image.name or str(i) for i, image in enumerate(images)]
+    seen = [_seen(image, name) for image, name in zip(images, names, strict=True)]
+    objects, rest = [one[0] for one in seen], [one[1] for one in seen]
+    positions = np.stack([np.asarray(image.pose)[:3, 3] for image in images])
+    found: dict[str, Any] = {
+        "points": np.concatenate(objects),
+        "view": np.repeat(np.arange(len(images)), [len(cloud) for cloud in objects]),
+        "camera_positions": positions,
+        "notes": [],
+    }
+    measured, count = _table(found["points"], np.concatenate(rest))
+    if table_height is None and measured is not None:
+        table_height = measured
+        found["notes"].append(
+            f"Measured the table at {measured:.4f} m, the median height of {count} pixels around the object."
+        )
+    for name, one in zip(names, seen, strict=True):
+        for note in one[2]:
+            common = all(note in other[2] for other in seen)
+            found["notes"] += [] if note in found["notes"] else [note if common else f"{name}: {note}"]
+    heights = [_table(cloud, other)[0] for cloud, other in zip(objects, rest, strict=True)]
+    found["notes"] += depth_checks.places(positions, objects, heights, table_height)
+    return found if table_height is None else found | {"table_height": table_height}
+
+
+def _seen(image: DepthImage, name: str) -> tuple[FloatArray, FloatArray, list[str]]:
+    """The object's points (n, 3) of an image, those of everything else (m, 3), and notes."""
+    world, depth, mask = image.points(), np.asarray(image.depth), np.asarray(image.mask)
+    measured = np.isfinite(world[..., 2])
+    marked = mask & measured
+    if not mask.any():
+        raise InputError(f"the mask of the image '{name}' marks no pixel")
+    if not marked.any():
+        raise InputError(f"no depth was measured at any marked pixel of the image '{name}'")
+    hints: list[str] = []
+    try:
+        hints += depth_checks.intrinsics(np.asarray(image.intrinsics), depth.shape)
+        notes = [
+            *image.notes,
+            *hints,
+            *depth_checks.mask(mask, measured),
+            *depth_checks.depths(depth[marked], image.unit),
+        ]
+        middle = float(np.median(depth[marked]))
+        far = np.abs(depth - middle) * image.unit > DEFAULTS.max_width
+        if (far & marked).any():
+            share = f"{(far & marked).sum()} of {marked.sum()} marked pixels"
+            notes.append(f"Dropped {share}, more than {DEFAULTS.max_width:g} m nearer or farther than their median.")
+        others = measured & ~mask
+        near = level.around(mask) & others & (depth < level.MAX_BEHIND * middle)
+        notes += level.check(world[near], np.asarray(image.pose))
+    except InputError as error:
+        raise InputError(" ".join([f"image '{name}': {error}.", *hints]).rstrip(".")) from error
+    return world[marked & ~far], world[others], notes
+
+
+def _table(cloud: FloatArray, rest: FloatArray) -> tuple[float | None, int]:
+    """The median height [m] of what was measured around a cloud, None of too little, and the number of pixels."""
+    low, high = cloud[:, :2].min(axis=0) - TABLE_REACH, cloud[:, :2].max(axis=0) + TABLE_REACH
+    around = rest[((rest[:, :2] > low) & (rest[:, :2] < high)).all(axis=1), 2]
+    if len(around) < TABLE_PIXELS:
+        return None, len(around)
+    return round(float(np.median(around)), TABLE_DIGITS) + 0.0, len(around)  # never -0

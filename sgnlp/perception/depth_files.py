@@ -1,0 +1,104 @@
+"""Reading depth images: depth and mask as .npy or images, intrinsics and pose of the camera as JSON or YAML."""
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from sgnlp.base.errors import InputError
+from sgnlp.perception import camera_files, masks
+from sgnlp.perception.depth import DepthImage, checked_intrinsics, checked_pose
+
+DEPTH_SUFFIXES = (".npy", ".png", ".tif", ".tiff", ".pgm")
+MASK_SUFFIXES = (*DEPTH_SUFFIXES, ".bmp", ".jpg", ".jpeg")
+FORMATS = ("PNG", "TIFF", "PPM", "BMP", "JPEG")
+"""Of Pillow, those with these suffixes."""
+DEPTH_MODES = ("L", "I", "F", "I;16", "I;16B", "I;16L", "I;16N")
+"""Pillow's for one channel that holds numbers."""
+UNIT = 0.001
+"""[m] Assumed of depths: that of the 16-bit images of most cameras."""
+
+
+def read(depth: Path, mask: Path, camera: Path, unit: float | None = None, label: int | None = None) -> DepthImage:
+    """The image in three files, depths in `unit` [m]; it is called as the file of its depths.
+
+    Without `unit` it is that of the camera's file, or else `UNIT`. The mask is where its image is not black, or where
+    it is `label`. Raises `InputError`, one line that begins with the path of the file that is wrong.
+    """
+    depths = _told(depth, _depths, depth)
+    pixels, notes = _told(mask, _mask, mask, label)
+    found = _told(camera, _camera, camera, depth.stem, depths.shape)
+    if unit is None and found.unit is None and depths.dtype == np.uint8:
+        raise InputError(f"{depth}: 8 bits hold 256 depths, as pictures do; give 16 bits, or the --unit of the depths")
+    if unit is None:
+        origin = "Assumed" if found.unit is None else "Took from the camera's file"
+        unit = found.unit or UNIT
+        notes.append(f"{origin} that depths are in units of {unit:g} m; see --unit.")
+    try:
+        return DepthImage(depths, pixels, found.intrinsics, found.pose, unit, depth.stem, (*found.notes, *notes))
+    except InputError as error:
+        raise InputError(f"{depth}, {mask}: {error}") from error
+
+
+def _camera(path: Path, image: str, shape: tuple[int, ...]) -> camera_files.Camera:
+    """The camera of an image (height, width), checked."""
+    found = camera_files.read(path, image)
+    if found.size not in (None, shape[1::-1]):
+        raise InputError(
+            "is of images of {:g} x {:g} pixels, this one has {} x {}; give the intrinsics of this stream and size "
+            "(a resized image's: fx, cx times the factor of the width, fy, cy times that of the height)".format(
+                *found.size, *shape[1::-1]
+            )
+        )
+    checked_intrinsics(found.intrinsics)
+    checked_pose(found.pose)
+    return found
+
+
+def _told(path: Path, reader: Any, *arguments: Any) -> Any:
+    """What a reader finds; its error begins with the path."""
+    try:
+        return reader(*arguments)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def _depths(path: Path) -> Any:
+    """One number a pixel."""
+    pixels, mode, _ = _pixels(path, DEPTH_SUFFIXES)
+    if mode and mode not in DEPTH_MODES:
+        raise InputError(f"is a picture ({mode}), not depths; give the depths themselves, one channel of 16 bits")
+    return pixels.squeeze(axis=pixels.shape.index(1)) if pixels.ndim == 3 and 1 in pixels.shape else pixels
+
+
+def _mask(path: Path, label: int | None) -> tuple[Any, list[str]]:
+    """The marked pixels, and notes. Of a palette the index counts."""
+    pixels, _, palette = _pixels(path, MASK_SUFFIXES)
+    values, notes = masks.flat(pixels)
+    if label is None and palette is not None and (palette[0] == 255).all() and not palette[values.max()].any():
+        raise InputError("its palette has white at 0 and black for the rest; choose with --label, 0 for what is white")
+    marked, more = masks.marked(values, label)
+    return marked, [*notes, *more]
+
+
+def _pixels(path: Path, suffixes: tuple[str, ...]) -> tuple[Any, str, Any]:
+    """The pixels of a file, its mode in Pillow ('' of a .npy), and its palette (n, 3) if it has one."""
+    if path.suffix.lower() not in suffixes:
+        raise InputError(f"is of a kind that is not read here; give a file ending in {' '.join(suffixes)}")
+    if not path.is_file():
+        raise InputError("there is no such file")
+    if path.suffix.lower() == ".npy":
+        try:
+            with path.open("rb") as stream:
+                return np.lib.format.read_array(stream, allow_pickle=False), "", None
+        except (OSError, ValueError, EOFError) as error:
+            raise InputError(f"is a damaged .npy, or none: {error}") from error
+    from PIL import Image
+
+    try:
+        with warnings.catch_warnings(action="ignore"), Image.open(path, formats=FORMATS) as picture:
+            palette = picture.getpalette("RGB") if picture.mode == "P" else None
+            return np.asarray(picture), picture.mode, None if palette is None else np.reshape(palette, (-1, 3))
+    except Exception as error:  # a damaged file can raise almost anything
+        raise InputError(f"is a damaged {path.suffix} file, or none: {error}") from error

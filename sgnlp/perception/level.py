@@ -1,0 +1,127 @@
+"""The table that a depth image shows around an object, which must lie level and below the camera.
+
+Intrinsics map the points of a camera's frame linearly and a pose moves them rigidly, so wrong ones leave the table a
+plane, and tilt it.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.base.errors import InputError
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+MAX_TILT_DEG = 3.0
+"""A remarked table's tilt: over the 0.1 m around an object in which it is measured, 5 mm, the noise planned with."""
+REFUSED_TILT_DEG = 10.0
+"""A refused one: 17 mm over 0.1 m, more than the radius of a pad, 12 mm."""
+PLANES = 3
+"""A table beside two other planes, as a wall and a box, is found."""
+PLANE_SHARE = 0.2
+"""Smallest share of the pixels around an object that makes a plane of them."""
+CERTAIN_SHARE = 0.5
+"""Smallest share that makes it the table, for a refusal."""
+PLANE_PIXELS = 100
+"""Fewest pixels of a plane."""
+MAX_BEHIND = 2.0
+"""Pixels farther than the object by this factor are behind the table: rooms, or a sensor's largest value."""
+SAMPLE, TRIPLES, SEED = 3000, 200, 0
+"""Pixels and triples of RANSAC: a plane of a fifth of the pixels is met once in 125 triples, of a half once in 8."""
+PLANE_ERROR = 0.01
+"""Largest distance from a plane, as a share of that from the camera: 6 mm at 0.6 m, six deviations of a D415."""
+AXES: dict[str, Callable[[FloatArray], FloatArray]] = {
+    "OpenGL axes, y up and z back (give pose @ diag(1, -1, -1, 1))": lambda R: R @ np.diag([1.0, -1, -1]),
+    "an inverse, world to camera (give inv(pose))": lambda R: R.T,
+    "an inverse with OpenGL axes (give inv(pose) @ diag(1, -1, -1, 1))": lambda R: R.T @ np.diag([1.0, -1, -1]),
+    "the body's axes, x ahead and z up (give that of the optical frame)": lambda R: (
+        R @ np.array([[0.0, 0, 1], [-1, 0, 0], [0, -1, 0]])
+    ),
+    "a world whose y is up (turn it by 90 deg about x)": lambda R: np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]]) @ R,
+}
+"""Mistaken conventions of a pose, each with the rotation that was meant."""
+
+
+def around(marked: BoolArray) -> BoolArray:
+    """The pixels of the box of a mask, wider on each side by its longer side: independent of unit, K and pose."""
+    v, u = np.nonzero(marked)
+    reach = max(int(np.ptp(v)), int(np.ptp(u))) + 1
+    box = np.zeros(marked.shape, bool)
+    box[max(v.min() - reach, 0) : v.max() + reach + 1, max(u.min() - reach, 0) : u.max() + reach + 1] = True
+    return box & ~marked
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """What many pixels around an object lie on."""
+
+    normal: FloatArray  # (3,) towards the camera
+    share: float  # of the pixels
+
+    @property
+    def tilt(self) -> float:
+        """[deg] Between the normal and the vertical; 180 if its underside is seen."""
+        return float(np.rad2deg(np.arccos(np.clip(self.normal[2], -1, 1))))
+
+
+def planes(points: FloatArray, camera: FloatArray) -> list[Plane]:
+    """Up to `PLANES` planes of points (n, 3) seen from a camera (3,), largest first: RANSAC, each of the rest."""
+    rng = np.random.default_rng(SEED)
+    rest = points[:: -(-len(points) // SAMPLE)] - camera
+    found: list[Plane] = []
+    count = len(rest)
+    for _ in range(PLANES):
+        if len(rest) < PLANE_SHARE * count:
+            break
+        normal, near = _largest(rest, rng)
+        if near.sum() < PLANE_SHARE * count:
+            break
+        found.append(Plane(normal, near.sum() / count))
+        rest = rest[~near]
+    return found
+
+
+def _largest(points: FloatArray, rng: np.random.Generator) -> tuple[FloatArray, BoolArray]:
+    """Normal (3,) towards the origin and the points (n,) of the plane that most lie on."""
+    allowed = PLANE_ERROR * np.linalg.norm(points, axis=1)
+    a, b, c = np.moveaxis(points[rng.integers(len(points), size=(TRIPLES, 3))], 1, 0)
+    normals = np.cross(b - a, c - a)
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = normals / np.where(lengths > 0, lengths, 1.0)  # a zero normal has distance 0 everywhere: left out below
+    near = (np.abs(points @ normals.T - np.sum(a * normals, axis=1)) < allowed[:, None]) & (lengths[:, 0] > 0)
+    best = near[:, near.sum(axis=0).argmax()]
+    for _ in range(2):  # least squares, twice
+        centre = points[best].mean(axis=0)
+        normal = np.linalg.svd(points[best] - centre, full_matrices=False)[2][2]
+        best = np.abs((points - centre) @ normal) < allowed
+    return -normal * np.sign(normal @ centre), best
+
+
+def check(points: FloatArray, pose: FloatArray) -> list[str]:
+    """Notes on the world points (n, 3) that were measured around an object by a camera of a pose (4, 4)."""
+    found = planes(points, pose[:3, 3]) if len(points) >= PLANE_PIXELS else []
+    if not found:
+        return ["No plane was measured around the object, so neither pose nor intrinsics could be checked."]
+    if any(plane.tilt <= MAX_TILT_DEG for plane in found):
+        return []
+    plane = found[0]
+    meant = [
+        name
+        for name, turned in AXES.items()
+        if _tilt(turned(pose[:3, :3]) @ pose[:3, :3].T @ plane.normal) <= MAX_TILT_DEG
+    ]
+    cause = f"the pose has {', or '.join(meant)}" if meant else "look at K, the pose and which stream they are of"
+    fault = f"is tilted by {plane.tilt:.1f} deg, more than {MAX_TILT_DEG:g}, but the table is level"
+    if plane.tilt > 180 - REFUSED_TILT_DEG:
+        fault = "is above the camera, which sees its underside"
+    text = f"{plane.share:.0%} of the pixels around the object lie on a plane that {fault}: {cause}"
+    if plane.tilt > REFUSED_TILT_DEG and plane.share >= CERTAIN_SHARE:
+        raise InputError(text)
+    return [f"{text}."]
+
+
+def _tilt(normal: FloatArray) -> float:
+    return Plane(normal, 1.0).tilt

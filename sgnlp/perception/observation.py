@@ -1,0 +1,249 @@
+"""An observed object: the cleaned partial point cloud, the table under it, and what was dropped or assumed.
+
+The order of cleaning: pick views, scale to metres, drop what is not finite or stands for no return, then copies,
+find the table and drop what is below it, thin very large clouds, drop outliers, refuse what has no volume or no
+graspable size. `sgnlp.perception.cleaning` has the steps and their settings.
+"""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, Literal, TypeVar, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from sgnlp.base.errors import InputError, unknown
+from sgnlp.perception import clouds
+from sgnlp.perception.cleaning import Cleaning, ObservationSettings, check_shape
+from sgnlp.perception.views import Cameras
+
+Up = Literal["x", "y", "z", "minus-x", "minus-y", "minus-z"]
+UPS = get_args(Up)
+UNTURNED: Up = "z"
+ROTATION_SLACK = 1e-3
+"""Largest deviation of a pose's rotation from an orthogonal matrix: it was written with four digits at least."""
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Scalar = TypeVar("Scalar", bound=np.generic)
+
+DEFAULTS = ObservationSettings()
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """A cleaned cloud in the world frame: z up, metres. Arrays are read-only."""
+
+    points: FloatArray  # (N, 3) [m]
+    view: IntArray  # (N,) index into view_names
+    view_names: tuple[str, ...]  # (V,)
+    table_height: float  # [m] z of the table's plane
+    name: str
+    digest: str  # SHA-256 of everything that was given to `observe`, name and truth apart
+    camera_positions: FloatArray | None = None  # (V, 3) [m]
+    mesh_vertices: FloatArray | None = None  # (U, 3) [m] the true surface, where it is known
+    mesh_faces: IntArray | None = None  # (F, 3)
+    mass: float | None = None  # [kg] of the true body
+    friction: float | None = None  # true coefficient between a fingertip and the body
+    notes: tuple[str, ...] = ()  # a sentence for each thing dropped or assumed
+    source: str | None = None  # the file it was read from
+    half: str = ""  # of a problem set: tuning, held_out, or none
+    reading: dict[str, Any] | None = None  # the options that `load` was given, in plain values
+
+
+def load(
+    path: str | Path,
+    *,
+    views: Sequence[str | int] | None = None,
+    scale: float = 1.0,
+    table_height: float | None = None,
+    key: str | None = None,
+    up: Up = "z",
+    pose: Sequence[float] | None = None,
+    settings: ObservationSettings = DEFAULTS,
+) -> Observation:
+    """The observation in a file: npz, npy, .ply, .pcd or text; options as in `observe`.
+
+    The file's own table height, camera positions and mesh are in its unit and follow `scale`, and turn with the
+    points; the argument `table_height` [m] takes precedence. `key` names the array of an npz that holds the points,
+    `up` the axis of the file that points up, and `pose` has the 16 numbers, row by row, of the matrix from the file's
+    frame to the world's [m]. Raises `InputError`, one line that begins with the path.
+    """
+    names = None if views is None else list(views)
+    reading: dict[str, Any] = {
+        "views": names,
+        "scale": scale,
+        "table_height": table_height,
+        "settings": asdict(settings),
+    }
+    reading |= {"key": key, "up": up, "pose": None if pose is None else list(pose)}
+    try:
+        raw = clouds.read(path, key)
+        turn = world_pose(up, pose)
+        notes = list(raw.notes)
+        if table_height is None and raw.table_height is not None and pose is None:
+            table_height = raw.table_height * scale
+        elif table_height is None and raw.table_height is not None:
+            notes.append("Ignored the table's height in the file: it is not in the world's frame.")
+        observation = observe(
+            raw.points,  # type: ignore[arg-type]
+            view=raw.view,  # type: ignore[arg-type]
+            view_names=raw.view_names,
+            views=views,
+            table_height=table_height,
+            scale=scale,
+            name=raw.name,
+            camera_positions=raw.camera_positions,  # type: ignore[arg-type]
+            mesh_vertices=raw.mesh_vertices,  # type: ignore[arg-type]
+            mesh_faces=raw.mesh_faces,  # type: ignore[arg-type]
+            mass=raw.mass,
+            friction=raw.friction,
+            pose=turn,
+            notes=notes,
+            settings=settings,
+        )
+        return replace(observation, source=str(path), half=raw.half, reading=reading)
+    except InputError as error:
+        line = "".join(letter if letter.isprintable() else "?" for letter in f"{path}: {error}")
+        raise InputError(line) from error
+
+
+def observe(
+    points: ArrayLike,
+    *,
+    view: ArrayLike | None = None,
+    view_names: Sequence[str] | None = None,
+    views: Sequence[str | int] | None = None,
+    table_height: float | None = None,
+    scale: float = 1.0,
+    name: str = "object",
+    camera_positions: ArrayLike | None = None,
+    mesh_vertices: ArrayLike | None = None,
+    mesh_faces: ArrayLike | None = None,
+    mass: float | None = None,
+    friction: float | None = None,
+    pose: ArrayLike | None = None,
+    notes: Sequence[str] = (),
+    settings: ObservationSettings = DEFAULTS,
+) -> Observation:
+    """Clean a cloud of points (N, 3), or (H, W, 3), into an `Observation`.
+
+    `view` (N,) numbers the camera of each point, `view_names` names the cameras (default: their numbers), and
+    `views` keeps some of them by name, or by place in the order of the names where no name matches. `scale`
+    turns `points`, `camera_positions` (V, 3) and the mesh (U, 3), (F, 3) into metres; `table_height` is in
+    metres already and is estimated from the lowest points where it is missing. `pose` (4, 4) is that of their frame in
+    the world [m], where it is another one; a table's height is the world's in any case. `mass` [kg] and `friction` are,
+    like the mesh, the truth that a simulation needs. Raises `InputError` for everything that cannot be the cloud
+    of one graspable object on a table.
+    """
+    if not (np.isfinite(scale) and scale > 0):
+        raise InputError(f"the scale must be a positive number; found {scale}")
+    clouds.check_name(name)
+    clouds.check_truth(mass=mass, friction=friction)
+    cloud, said = clouds.rows(points, "points")
+    cameras = Cameras.of(len(cloud), view, view_names, camera_positions)
+    options = (cameras.names, table_height, scale, views, settings)
+    frame = _Frame(scale, None if pose is None else checked_pose(pose))
+    kept = cameras.pick(views)
+    clean = Cleaning(cloud, settings, [*notes, *said])
+    if camera_positions is not None and cameras.positions is None:
+        clean.notes.append("Ignored the camera positions: no view says which of them saw a point.")
+    clean.keep(np.isin(cameras.view, kept), "belong to views that were not chosen")
+    clean.measured(frame.scale, frame.pose)
+    clean.drop_marks(table_height)
+    clean.drop_copies(cloud)
+    table = clean.find_table(table_height)
+    clean.thin()
+    clean.drop_outliers()
+    check_shape(clean.points, settings, table_height)
+    positions = None if cameras.positions is None else frame.to_world(cameras.positions[kept])
+    _check_cameras(positions, table)
+    mesh = clouds.mesh(mesh_vertices, mesh_faces)
+    return Observation(
+        points=_frozen(clean.points),
+        view=_frozen(np.searchsorted(kept, cameras.view[clean.index])),
+        view_names=tuple(cameras.names[i] for i in kept),
+        table_height=table,
+        name=clouds.safe_name(name),
+        digest=_digest(cloud, cameras.view, cameras.positions, options if frame.pose is None else (*options, pose)),
+        camera_positions=None if positions is None else _frozen(positions),
+        mesh_vertices=None if mesh is None else _frozen(frame.to_world(mesh[0])),
+        mesh_faces=None if mesh is None else _frozen(mesh[1]),
+        mass=mass,
+        friction=friction,
+        notes=tuple(clean.notes),
+    )
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """From a file's unit and frame to metres in the world."""
+
+    scale: float
+    pose: FloatArray | None  # (4, 4)
+
+    def to_world(self, points: FloatArray) -> FloatArray:
+        """Points (N, 3)."""
+        metres = points * self.scale
+        return metres if self.pose is None else metres @ self.pose[:3, :3].T + self.pose[:3, 3]
+
+
+def world_pose(up: str, pose: Sequence[float] | None) -> FloatArray | None:
+    """The pose (4, 4) in the world of a frame whose axis `up` points up, or of 16 numbers; None for the world's own.
+
+    Raises:
+        InputError: both are given, or `up` is no axis, or there are not 16 numbers.
+    """
+    if pose is not None:
+        if up != UNTURNED:
+            raise InputError("give --up or --pose, not both")
+        if len(pose) != 16:
+            raise InputError(f"--pose has the 16 numbers of a matrix, row by row; found {len(pose)}")
+        return np.array(pose, dtype=np.float64).reshape(4, 4)
+    if up not in UPS:
+        raise unknown("axis", up, UPS)
+    if up == UNTURNED:
+        return None
+    axis, sign = "xyz".index(up[-1]), -1.0 if "-" in up else 1.0
+    turn = np.eye(4)
+    if axis == 2:
+        turn[1, 1] = turn[2, 2] = -1.0
+        return turn
+    side = 3 - axis - 2  # the other one of x and y
+    turn[:3, :3] = 0.0
+    turn[2, axis], turn[side, side], turn[axis, 2] = sign, 1.0, -sign
+    return turn
+
+
+def checked_pose(pose: ArrayLike) -> FloatArray:
+    """A pose (4, 4); raises `InputError` unless it is a rotation and a translation."""
+    matrix = clouds.floats(pose, "pose", (4, 4))
+    R = matrix[:3, :3]
+    off = max(np.abs(R @ R.T - np.eye(3)).max(), np.abs(matrix[3] - [0, 0, 0, 1]).max())
+    if not (off < ROTATION_SLACK and np.linalg.det(R) > 0):
+        raise InputError("the pose must be a rotation and a translation, its last row 0 0 0 1")
+    return matrix
+
+
+def _check_cameras(positions: FloatArray | None, table: float) -> None:
+    """Refuse cameras below the table: they see nothing on it."""
+    if positions is not None and (positions[:, 2] < table).any():
+        lowest = float(positions[:, 2].min())
+        raise InputError(
+            f"a camera at z = {lowest:.3f} m is below the table at {table:.3f} m: are the coordinates a camera's own "
+            "(--pose), or is another axis up (--up)?"
+        )
+
+
+def _digest(cloud: FloatArray, view: IntArray, positions: FloatArray | None, options: object) -> str:
+    digest = hashlib.sha256(repr(options).encode())
+    for array in (cloud, view, positions):
+        digest.update(b"" if array is None else np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+def _frozen(array: NDArray[Scalar]) -> NDArray[Scalar]:
+    array.setflags(write=False)
+    return array

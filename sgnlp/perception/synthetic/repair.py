@@ -1,0 +1,72 @@
+"""The triangles of a file made one closed surface, where they nearly are: what is mended, and the notes that say so."""
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import breadth_first_order, connected_components
+
+from sgnlp.perception.synthetic.meshes import Mesh
+
+WELD = 1e-4
+"""Corners of an open mesh that are nearer than this share of its longest side are one: 6 µm of 60 mm, far below what a
+depth camera measures and far above single precision, which exporters write."""
+MOST_LOST = 0.01
+"""Share of the faces that welding may collapse: a mesh that is finer than `WELD` is left as it is."""
+
+
+def mended(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """A mesh closed as far as welding, leaving out double faces and turning some over can do it."""
+    notes = []
+    gap = WELD * float(np.ptp(mesh.vertices, axis=0).max())
+    for better, note in (
+        (lambda m: m.welded(gap), f"Corners within {gap:.1g} m of each other were welded."),
+        (_without_doubles, "Faces that were there twice were left out."),
+        (_turned_alike, "Some faces turned against their neighbours; they were turned over."),
+    ):
+        made = better(mesh) if mesh.open_edges else mesh
+        if made.open_edges < mesh.open_edges and len(made.faces) >= (1 - MOST_LOST) * len(mesh.faces) / 2:
+            mesh = made
+            notes.append(note)
+    return mesh, notes
+
+
+def _without_doubles(mesh: Mesh) -> Mesh:
+    """Each face once; of two that lie back to back one stays, if that closes more than leaving out both."""
+    corners, first, index, count = np.unique(
+        np.sort(mesh.faces, axis=1), axis=0, return_index=True, return_inverse=True, return_counts=True
+    )
+    once = Mesh(mesh.vertices, mesh.faces[np.sort(first)])
+    turned = np.array([_parity(face) for face in mesh.faces.tolist()])
+    balance = np.abs(np.bincount(index.reshape(-1), turned, len(corners)))
+    walls = (balance < count) & (balance == 0)  # as many one way as the other: a wall inside
+    without = Mesh(mesh.vertices, mesh.faces[np.sort(first[~walls])]).welded()
+    return without if len(without.faces) and without.open_edges < once.open_edges else once
+
+
+def _parity(face: list[int]) -> int:
+    """1 if the corners of a face rise in the order in which it turns, -1 if they fall."""
+    a, b, c = face
+    return 1 if (a < b) + (b < c) + (c < a) == 2 else -1
+
+
+def _turned_alike(mesh: Mesh) -> Mesh:
+    """Neighbours turning alike, most of each part as they were: signs handed on across edges of two faces."""
+    starts, ends = mesh.faces.ravel(), np.roll(mesh.faces, -1, axis=1).ravel()
+    edge = np.minimum(starts, ends) * len(mesh.vertices) + np.maximum(starts, ends)
+    order = np.argsort(edge, kind="stable")
+    _, begin, count = np.unique(edge[order], return_index=True, return_counts=True)
+    one, other = order[begin[count == 2]], order[begin[count == 2] + 1]  # sides of two faces on one edge
+    against = (starts < ends)[one] == (starts < ends)[other]
+    a, b, size = one // 3, other // 3, len(mesh.faces)
+    differs = dict(zip([*zip(a.tolist(), b.tolist(), strict=True)], against.tolist(), strict=True))
+    graph = coo_array((np.ones(len(a)), (a, b)), (size, size)).tocsr()
+    parts, part = connected_components(graph, directed=False)
+    over = np.zeros(size, bool)
+    for number in range(parts):
+        members = np.flatnonzero(part == number)
+        walk, before = breadth_first_order(graph, members[0], directed=False)
+        for face in walk[1:].tolist():
+            last = int(before[face])
+            over[face] = over[last] ^ (differs[last, face] if (last, face) in differs else differs[face, last])
+        if over[members].mean() > 0.5:
+            over[members] = ~over[members]
+    return Mesh(mesh.vertices, np.where(over[:, None], mesh.faces[:, ::-1], mesh.faces))

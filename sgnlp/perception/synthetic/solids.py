@@ -1,0 +1,115 @@
+"""The bodies in one closed mesh: which lie in others, which are turned inside out, and the union of all."""
+
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from sgnlp.base.errors import InputError
+from sgnlp.perception.synthetic.meshes import Mesh
+from sgnlp.perception.synthetic.truth import signed_distance
+
+TOUCH = 1e-4
+"""Share of a body's longest side by which the corners of one inside it may reach out: as what is welded."""
+OVERLAP = 1e-6
+"""Share of the bodies' volume that they must have in common at least to be united: beyond rounding."""
+SHOWN = 3
+"""Bodies whose sizes are told."""
+WORDS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six"}
+FLATNESS, WIDTH = 0.1, 2.0
+"""A body below all others that is thinner than this share of its width, and so many times as wide as they are together,
+looks like a table."""
+
+
+def united(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """A closed mesh as the surface of what its parts fill, turned outwards, none of its volume counted twice.
+
+    A part that turns the other way than the one around it is a cavity of that one; all others are bodies. Raises
+    `InputError` if bodies overlap that cannot be united.
+    """
+    pieces = mesh.parts()
+    around = _around(pieces)
+    over = [pieces[_outermost(around, i)].volume < 0 for i in range(len(pieces))]
+    pieces = [piece.inverted() if turned else piece for piece, turned in zip(pieces, over, strict=True)]
+    notes = ["The faces turned inwards; they were turned over."] if any(over) else []
+    bodies = {i: [piece] for i, piece in enumerate(pieces) if piece.volume > 0}
+    for i, piece in enumerate(pieces):
+        if piece.volume <= 0:  # a cavity: only what lies in another can be left so
+            bodies[around[i]].append(piece)
+    solids = [_joined(shells) for shells in bodies.values()]
+    if len(solids) == 1:
+        return _joined(pieces) if any(over) else mesh, notes
+    union = _union(solids) if _may_overlap(solids) else None
+    whole, own = _joined(solids), sum(solid.volume for solid in solids)
+    if union is not None and own - union.volume > OVERLAP * own:
+        notes.append(f"{_described(solids)}. They overlap; their union is taken, of {1e6 * union.volume:.1f} cm³.")
+        return union, notes
+    notes.append(f"{_described(solids)}, {1e6 * own:.1f} cm³ together. They do not overlap, and are moved as one.")
+    return whole, notes
+
+
+def _around(pieces: list[Mesh]) -> list[int]:
+    """For each part the smallest other that it lies in; -1 if there is none."""
+    low, high = (np.array([getattr(piece.vertices, end)(axis=0) for piece in pieces]) for end in ("min", "max"))
+    found = []
+    for i, piece in enumerate(pieces):
+        best = -1
+        for j, other in enumerate(pieces):
+            room = TOUCH * float((high[j] - low[j]).max())
+            smaller = best < 0 or abs(other.volume) < abs(pieces[best].volume)
+            boxed = (low[j] - room <= low[i]).all() and (high[i] <= high[j] + room).all()
+            if i != j and smaller and boxed and abs(other.volume) > abs(piece.volume):
+                best = j if signed_distance(other, piece.vertices).max() <= room else best
+        found.append(best)
+    return found
+
+
+def _outermost(around: list[int], i: int) -> int:
+    return i if around[i] < 0 else _outermost(around, around[i])
+
+
+def _joined(meshes: list[Mesh]) -> Mesh:
+    """Meshes as one."""
+    begin = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    faces = [mesh.faces + first for mesh, first in zip(meshes, begin[:-1], strict=True)]
+    return Mesh(np.concatenate([mesh.vertices for mesh in meshes]), np.concatenate(faces))
+
+
+def _may_overlap(solids: list[Mesh]) -> bool:
+    """Whether the boxes of two bodies have room in common."""
+    boxes = [(solid.vertices.min(axis=0), solid.vertices.max(axis=0)) for solid in solids]
+    return any((a[0] < b[1]).all() and (b[0] < a[1]).all() for a, b in combinations(boxes, 2))
+
+
+def _union(solids: list[Mesh]) -> Mesh:
+    """What the bodies fill, by Manifold."""
+    import manifold3d
+
+    def solid(mesh: Mesh) -> Any:
+        corners = np.ascontiguousarray(mesh.vertices, np.float64)
+        return manifold3d.Manifold(manifold3d.Mesh64(corners, np.ascontiguousarray(mesh.faces, np.uint64)))
+
+    union = manifold3d.Manifold.batch_boolean([solid(mesh) for mesh in solids], manifold3d.OpType.Add)
+    if union.status() != manifold3d.Error.NoError or union.is_empty():
+        raise InputError(f"holds {len(solids)} bodies that cannot be united; unite them where the mesh was made")
+    made = union.to_mesh64()
+    return Mesh(np.array(made.vert_properties)[:, :3], np.array(made.tri_verts, np.int64))
+
+
+def _described(solids: list[Mesh]) -> str:
+    """How many bodies there are, and how large the largest are."""
+    sides = [1e3 * np.ptp(solid.vertices, axis=0) for solid in sorted(solids, key=lambda s: -s.volume)]
+    sizes = ", ".join(" x ".join(f"{side:.0f}" for side in size) + " mm" for size in sides[:SHOWN])
+    more = ", ..." if len(solids) > SHOWN else ""
+    table = "; the lowest looks like a table, which has no place in it" if _on_table(solids) else ""
+    return f"The mesh holds {WORDS.get(len(solids), str(len(solids)))} bodies, {sizes}{more}{table}"
+
+
+def _on_table(solids: list[Mesh]) -> bool:
+    """Whether the lowest body is a wide slab under all others."""
+    lowest, *others = sorted(solids, key=lambda solid: float(solid.vertices[:, 2].min()))
+    size = np.ptp(lowest.vertices, axis=0)
+    rest = np.concatenate([solid.vertices for solid in others])
+    under = rest[:, 2].min() >= lowest.vertices[:, 2].max() - TOUCH * size.max()
+    wide = size[:2].min() > WIDTH * float(np.ptp(rest[:, :2], axis=0).max())
+    return bool(under and wide and size[2] < FLATNESS * size[:2].min())

@@ -1,0 +1,184 @@
+"""Points from the lines of a text: which separator, which decimal mark, which columns. Nothing is dropped unsaid."""
+
+import re
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.base.errors import InputError
+
+Array = NDArray[np.float64]
+
+COMMENTS = ("#", "//", "%", "!")
+COORDINATES = ("x", "y", "z")
+MAX_BROKEN_SHARE = 0.2
+"""Largest share of the lines that may hold fewer or more numbers than the others; beyond it the file is broken."""
+DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
+THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+\.\d*")
+NO_NUMBER = {"", "-", "--", "---", "*", "na", "n/a", "#n/a", "none", "null", "nil", "inf", "-inf", "nan", "-nan"}
+"""Words, in lower case, for "no return"."""
+INTEGER = re.compile(r"[+-]?\d+")
+UNIT = 0.01
+"""Rows whose lengths are 1 to this are directions: normals have been rounded to two digits at the worst."""
+
+
+@dataclass(frozen=True)
+class Text:
+    """Points (N, 3) of a text, with a sentence for each thing assumed or dropped."""
+
+    points: Array
+    notes: tuple[str, ...]
+
+
+def points(content: bytes, columns: Sequence[str] = ()) -> Text:
+    """The points in the lines of a text.
+
+    Numbers are separated by blanks, tabs, semicolons or commas, the decimal mark is a point or a comma. `columns` are
+    the names of the columns where a header has told them; else a heading line may, and else the first three are x y z.
+    Raises `InputError` where the lines leave a doubt.
+    """
+    lines = [line for line in map(str.strip, _decoded(content).splitlines()) if line and not line.startswith(COMMENTS)]
+    split, notes = _splitter(lines)
+    fields = [split(line) for line in lines]
+    if not columns:
+        fields, columns, promised = _headed(fields)
+        if promised is not None and promised != len(fields):
+            raise InputError(f"its first line promises {promised} points, but {len(fields)} lines follow")
+    table, dropped = _table(fields, len(columns))
+    where, said = _places(table, columns)
+    return Text(table[:, where], tuple(notes + dropped + said))
+
+
+def _decoded(content: bytes) -> str:
+    """UTF-8 with or without a mark, or the UTF-16 of spreadsheets."""
+    return content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig", errors="replace")
+
+
+def _splitter(lines: Sequence[str]) -> tuple[Callable[[str], list[str]], list[str]]:
+    """How a line becomes its fields, by the separator and decimal mark that the lines have."""
+    if not any("," in line or ";" in line for line in lines):
+        return str.split, []
+    parts = [re.split(r"[;\s]+", line.rstrip(",; \t")) for line in lines]
+    stripped = [[part.rstrip(",") for part in line] for line in parts]
+    if any(len(line) >= 3 and any(map(THOUSANDS.fullmatch, line)) for line in parts):
+        raise InputError("has commas between thousands; write the numbers without them")
+    comma = sum(len(line) > 1 and any(map(DECIMAL_COMMA.fullmatch, line)) for line in stripped)
+    point = sum("." in line and any(character.isdigit() for character in line) for line in lines)
+    if comma and point:
+        raise InputError(
+            f"mixes decimal commas (in {comma} lines) and decimal points (in {point}); write points in all of them"
+        )
+    if comma:
+        return _decimal_commas, ["Read the commas as decimal marks."]
+    if not point and _halves([line.split(",") for line in lines]):
+        raise InputError(
+            "has commas both as decimal marks and between the numbers; write decimal points, or semicolons"
+        )
+    name = "semicolons" if any(";" in line for line in lines) else "commas"
+    return _separated, [f"Read {name} as separators."]
+
+
+def _decimal_commas(line: str) -> list[str]:
+    return [part.rstrip(",").replace(",", ".") for part in re.split(r"[;\s]+", line.rstrip(",; \t"))]
+
+
+def _separated(line: str) -> list[str]:
+    return [part.strip(" \t\"'") for part in re.split(r"\s*[,;]\s*|\s+", line)]
+
+
+def _halves(fields: list[list[str]]) -> bool:
+    """Whether fields come in pairs of a whole number and a fraction of always as many digits: 0,151,-0,102,0,033."""
+    body = [line for line in fields if len(line) >= 6 and all(map(INTEGER.fullmatch, line))]
+    if not body or len(body) < len(fields) - 1:
+        return False
+    lengths = {len(line[i]) for line in body for i in (1, 3, 5)}
+    return (
+        len(lengths) == 1
+        and max(lengths) > 1
+        and all(len(line[i].lstrip("+-")) < 4 for line in body for i in (0, 2, 4))
+    )
+
+
+def _headed(fields: list[list[str]]) -> tuple[list[list[str]], Sequence[str], int | None]:
+    """The lines below a heading with their columns' names, and the number of points that a first line promises."""
+    promised = None
+    if len(fields) > 1 and len(fields[0]) == 1 and INTEGER.fullmatch(fields[0][0]) and len(fields[1]) > 1:
+        promised, fields = int(fields[0][0]), fields[1:]
+    if fields and not any(map(_number, fields[0])):
+        names = [name.strip("\"'").lower() for name in fields[0]]
+        below = Counter(map(len, fields[1:])).most_common(1)
+        if set(COORDINATES) <= set(names) and below and below[0][0] == len(names):
+            return fields[1:], names, promised
+        if not all(name in NO_NUMBER for name in names):
+            fields = fields[1:]
+    return fields, (), promised
+
+
+def _number(field: str) -> float | None:
+    try:
+        return float(field)
+    except ValueError:
+        return None
+
+
+def _table(fields: list[list[str]], width: int) -> tuple[Array, list[str]]:
+    """The numbers (N, width) of the lines that hold as many as they should, and what is said of the others."""
+    try:
+        table = np.array(fields, dtype=np.float64)
+        if table.ndim == 2 and table.shape[1] == (width or table.shape[1]) and table.shape[1] >= 3:
+            return table, []
+    except ValueError:
+        pass
+    numbers = [[_number(field) for field in line] for line in fields]
+    blank = [
+        None in line and all(field.lower() in NO_NUMBER for field in said)
+        for line, said in zip(numbers, fields, strict=True)
+    ]
+    whole = Counter(len(line) for line in numbers if line and None not in line)
+    width = width or max(whole, key=lambda size: (whole[size] if size >= 3 else 0, size), default=0)
+    if not whole or width < 3:
+        most = max(whole, default=0)
+        raise InputError(f"holds no line of three numbers{f', but lines of {most}' if most else ''}: one point a line")
+    good = [line for line in numbers if len(line) == width and None not in line]
+    broken, notes = len(fields) - len(good) - sum(blank), []
+    said = f"{broken} of {len(fields)} lines do not hold {width} numbers as the others do"
+    if broken > MAX_BROKEN_SHARE * len(fields):
+        raise InputError(f"{said}, more than {MAX_BROKEN_SHARE:.0%}; write one point a line")
+    if any(blank):
+        notes.append(f"Dropped {sum(blank)} of {len(fields)} lines without a number.")
+    if broken:
+        notes.append(f"Dropped lines: {said}.")
+    return np.array(good, dtype=np.float64).reshape(len(good), width), notes
+
+
+def _places(table: Array, columns: Sequence[str]) -> tuple[list[int], list[str]]:
+    """Which columns are x, y and z. Raises `InputError` where they look like something else."""
+    if columns:
+        return [list(columns).index(name) for name in COORDINATES], []
+    first, more = table[:, :3], table[:, 3:6]
+    if table.shape[1] > 3 and counts(table[:, 0]):
+        return [1, 2, 3], ["Took the columns 2 to 4 for x y z: the first column counts."]
+    if more.shape[1] == 3 and len(table) > 1:
+        remedy = "write x y z first, or a heading line that names the columns"
+        if _colours(first) and not _colours(more):
+            raise InputError(f"begins its lines with whole numbers from 0 to 255, as colours are; {remedy}")
+        if directions(first) and not directions(more):
+            raise InputError(f"begins its lines with directions of length 1, as normals are; {remedy}")
+    return [0, 1, 2], []
+
+
+def counts(column: Array) -> bool:
+    """Whether a column (N,) is a running number: whole numbers that always grow, as no coordinate does."""
+    return len(column) > 2 and bool((column == np.round(column)).all() and (np.diff(column) > 0).all())
+
+
+def _colours(rows: Array) -> bool:
+    return bool(((rows == np.round(rows)) & (rows >= 0) & (rows <= 255)).all() and (rows > 1).any())
+
+
+def directions(rows: Array) -> bool:
+    """Whether all rows (N, 3) have length 1, as normals have and coordinates have not."""
+    return bool((np.abs(np.linalg.norm(rows, axis=1) - 1) < UNIT).all())

@@ -1,0 +1,58 @@
+"""Which camera saw which point of a cloud, and the choice of some of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.base.errors import InputError, unknown
+from sgnlp.perception.clouds import floats, integers
+
+
+@dataclass(frozen=True, eq=False)
+class Cameras:
+    """Which camera saw which point."""
+
+    view: NDArray[np.int64]  # (N,) index into names
+    names: tuple[str, ...]  # (V,)
+    positions: NDArray[np.float64] | None  # (V, 3)
+
+    @classmethod
+    def of(cls, count: int, view: object, names: Sequence[str] | None, positions: object) -> "Cameras":
+        """The cameras of `count` points; without names a camera is called by its number in `view`.
+
+        Without `view` nothing says which of several positions saw a point: one camera, no position.
+        """
+        number = np.zeros(count, np.int64) if view is None else integers(view, "view", (None,))
+        if len(number) != count:
+            raise InputError(f"'view' has {len(number)} entries for {count} points")
+        place = None if positions is None else floats(positions, "camera_positions", (None, 3))
+        if place is not None and not np.isfinite(place).all():
+            raise InputError("'camera_positions' must be finite")
+        if view is None and place is not None and len(place) > 1:
+            place = None
+        if names is None and place is None:
+            numbers, number = np.unique(number, return_inverse=True)
+            names = [str(n) for n in numbers]
+        elif names is None and place is not None:
+            names = [str(n) for n in range(len(place))]
+        names = tuple(names or ())
+        if place is not None and len(place) != len(names):
+            raise InputError(f"'camera_positions' has {len(place)} rows for {len(names)} views")
+        if len(number) and (number.min() < 0 or number.max() >= len(names)):
+            raise InputError(f"'view' must lie in 0..{len(names) - 1}; found {number.min()}..{number.max()}")
+        return cls(number, names, place)
+
+    def pick(self, views: Sequence[str | int] | None) -> NDArray[np.int64]:
+        """Sorted indices of the views asked for by name, or by place where no name matches; None: all."""
+        if views is None:
+            return np.arange(len(self.names))
+        places = {str(i): i for i in range(len(self.names))} | {name: i for i, name in enumerate(self.names)}
+        asked = [views] if isinstance(views, str) else [str(view) for view in views]
+        for view in asked:
+            if view not in places:
+                raise unknown("view", view, self.names)
+        if not asked:
+            raise InputError(f"no view is chosen; valid: {', '.join(self.names)}")
+        return np.unique([places[view] for view in asked])

@@ -1,0 +1,190 @@
+"""Many objects, one plan each, over worker processes that live across objects (`sgnlp.planning.workers`).
+
+A worker solves the starts of one object one after another, each in a process forked from it and under its own limit
+(`pool.map_starts` with one job). So a start that hangs or crashes costs that start alone, and the worker, where the
+symbolic functions are built, goes on.
+"""
+
+import json
+import math
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from sgnlp.base.errors import InputError
+from sgnlp.base.presets import ROBUST
+from sgnlp.base.settings import Settings
+from sgnlp.hand.hand import load_hand
+from sgnlp.perception.observation import DEFAULTS, Observation, ObservationSettings, Up, load
+from sgnlp.planning import results
+from sgnlp.planning.grasps import Grasps
+from sgnlp.planning.plan import solve
+from sgnlp.planning.summary import arrays, courses, summary
+from sgnlp.planning.workers import Workers, each, one_at_a_time
+
+
+@dataclass(frozen=True)
+class Task:
+    """What all objects of a batch have in common; the meaning is that of `load` and `solve`.
+
+    `root` is the folder that relative files are in, wherever a worker runs.
+    """
+
+    hand: str = "allegro_left"
+    settings: Settings = ROBUST
+    count: int = 7
+    seed: int = 0
+    timeout: float = 60.0
+    views: tuple[str, ...] = ()
+    scale: float = 1.0
+    table_height: float | None = None
+    key: str | None = None
+    up: Up = "z"
+    pose: tuple[float, ...] | None = None
+    cleaning: ObservationSettings = DEFAULTS
+    root: Path = field(default_factory=Path.cwd)
+
+    def load(self, file: Path) -> Observation:
+        """The observation in a file."""
+        return load(
+            self.root / file,
+            views=self.views or None,
+            scale=self.scale,
+            table_height=self.table_height,
+            key=self.key,
+            up=self.up,
+            pose=self.pose,
+            settings=self.cleaning,
+        )
+
+
+@dataclass(frozen=True)
+class Row:
+    """One object of a batch. `margin` and `energy` are those of the best solution, nan if there is none."""
+
+    name: str
+    file: str
+    feasible: bool = False
+    starts: int = 0
+    feasible_starts: int = 0
+    margin: float = math.nan
+    energy: float = math.nan
+    seconds: float = math.nan
+    reused: bool = False
+    failure: str = ""
+
+
+def batch(
+    files: Sequence[Path],
+    task: Task,
+    folder: Path,
+    workers: Workers,
+    *,
+    progress: Callable[[object], None] = lambda read: None,
+    before: Callable[[int], None] = lambda unsolved: None,
+) -> Generator[Row]:
+    """Plan grasps for every file into `folder`/NAME, yielding a row for each as it ends.
+
+    All files are read, and their names compared, before the first is solved; `progress` is called as each is read, and
+    `before` with the number of those to solve, when that is known. Objects whose folder holds a result of the same
+    input and task are not solved again. Whatever goes wrong with an object is its row's `failure`. The workers are
+    closed at the end, however reached.
+
+    Raises:
+        InputError: the hand is not valid.
+        MachineError: a result cannot be written for want of room; those before it are kept.
+    """
+    expected = _expected(task)
+    try:
+        found: dict[Path, tuple[str, str] | str] = {}
+        for file, outcome in each(partial(survey, task), dict.fromkeys(files), workers):
+            found[file] = outcome
+            progress(outcome)
+        owners: dict[str, Path] = {}
+        unsolved = {}
+        for file in dict.fromkeys(files):
+            named = found[file]
+            if isinstance(named, str):
+                yield Row(file.stem, str(file), failure=named.removeprefix(f"{task.root / file}: "))
+            elif owners.setdefault(named[0], file) != file:
+                yield Row(named[0], str(file), failure=f"has the same name as {owners[named[0]]}")
+            elif (known := _known(folder / named[0], expected | {"input_digest": named[1]})) is not None:
+                yield _row(file, known, reused=True)
+            else:
+                unsolved[file] = named[0]
+        before(len(unsolved))
+        for file, planned in each(partial(plan, task), unsolved, workers):
+            yield _saved(file, unsolved[file], planned, folder)
+    finally:
+        workers.close()
+
+
+def survey(task: Task, file: Path) -> tuple[str, str]:
+    """Name and digest of the observation in a file."""
+    with one_at_a_time():
+        observation = task.load(file)
+        return observation.name, observation.digest
+
+
+Planned = tuple[Grasps, dict[str, Any], dict[str, Any]]
+"""Grasps, their summary, and how their starts went."""
+
+
+def plan(task: Task, file: Path) -> Planned:
+    """The result for one file."""
+    with one_at_a_time():
+        hand = load_hand(task.hand, task.settings.spheres)
+        options = {"count": task.count, "seed": task.seed, "timeout": task.timeout}
+        found = solve(task.load(file), hand, task.settings, jobs=1, **options)  # type: ignore[arg-type]
+        return arrays(found), summary(found), courses(found)
+
+
+def _saved(file: Path, name: str, planned: Planned | str, folder: Path) -> Row:
+    if isinstance(planned, str):
+        return Row(name, str(file), failure=planned)
+    grasps, found, ways = planned
+    try:
+        results.save(grasps, found, folder / name, ways)
+    except InputError as error:
+        return Row(name, str(file), failure=str(error))
+    failures = [start["failure"] for start in found["starts_table"] if "failure" in start]
+    return _row(file, grasps, failure="; ".join(dict.fromkeys(failures)))
+
+
+def _row(file: Path, grasps: Grasps, *, reused: bool = False, failure: str = "") -> Row:
+    """The row of grasps, best first; `failure` is why starts gave none."""
+    meta = grasps.meta
+    seconds = meta["seconds"]["fit"] + meta["seconds"]["solve"]
+    row = Row(meta["object"], str(file), starts=meta["starts"], seconds=seconds, reused=reused, failure=failure)
+    if not len(grasps):
+        return row
+    return replace(
+        row,
+        feasible=bool(grasps.feasible[0]),
+        feasible_starts=int(grasps.feasible.sum()),
+        margin=float(min(grasps.margins_initial[0].min(), grasps.margins_equilibrium[0].min())),
+        energy=float(grasps.energy[0]),
+        failure="" if grasps.feasible[0] else f"violated: {grasps.violated[0]}",
+    )
+
+
+def _expected(task: Task) -> dict[str, Any]:
+    """What the meta block of a result of this task says, as it is read from JSON."""
+    hand = load_hand(task.hand, task.settings.spheres)
+    made = {"hand": hand.name, "settings": asdict(task.settings), "seed": task.seed, "starts": task.count}
+    return json.loads(json.dumps(made | {"timeout": task.timeout}))
+
+
+def _known(folder: Path, expected: dict[str, Any]) -> Grasps | None:
+    """The grasps in a folder, if it is whole, of the expected input and task, and of some start at least."""
+    try:
+        grasps = results.load_grasps(folder)
+        results.load_summary(folder, grasps)
+    except InputError:
+        return None
+    if len(grasps) == expected["starts"]:  # no start was stopped, so that their limit does not matter
+        expected = {key: value for key, value in expected.items() if key != "timeout"}
+    same = all(grasps.meta.get(key) == value for key, value in expected.items())
+    return grasps if same and len(grasps) else None

@@ -1,0 +1,153 @@
+"""What to be wary of in the grasps of a plan: a sentence from the result, or "" where there is no reason for one."""
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+from scipy.spatial import QhullError, cKDTree
+
+from sgnlp.planning.cautions.measures import outside
+from sgnlp.planning.cautions.planned import Planned
+from sgnlp.planning.kkt import SOLVED_FACTOR
+from sgnlp.planning.recompute import recompute
+from sgnlp.planning.solution import torque_share
+from sgnlp.planning.starts import starts
+
+Array = NDArray[np.float64]
+
+FEASIBLE_SHARE = 0.5
+"""Least share of the starts that end feasible: 98 % do on the problem set, so that fewer than half is unusual."""
+UNSEEN = 0.04
+"""Contacts farther than this from every measured point [m] are guesses: seen ones are within 14 mm, and three quarters
+of the plans of the problem set from two cameras have none farther than this."""
+BESIDE, TARGET_BESIDE = 0.03, 0.0
+"""Contacts and targets farther than this outside the hull of the cloud and its copy on the table are beside it [m]: an
+unseen side bulges by less, and targets lie inside."""
+CALIBRATION = {"thin_plate": 0.36, "matern32": 0.45, "matern52": 0.63, "squared_exponential": 0.85}
+"""For each kernel as set the factor on σ_d with which its intervals hold (`results/calibration`)."""
+TRAVEL_SHARE, AT_BOUND = 0.5, 0.99
+"""Of the wrist's allowed travel: from half on the start was no guess at this grasp; from the other on it is stopped."""
+CLOSE = 0.01
+"""Difference of margins that ranks nothing: a degree of the angle between a force and the edge of its cone."""
+SAME = 2e-3
+"""Grasps whose contacts agree to this are the same [m]: a contact counts as one within it."""
+
+
+def alike(contacts: Array) -> list[int]:
+    """For each of the grasps with contacts (G, m, 3) [m], best first, the rank of the first that is the same."""
+    firsts: list[int] = []
+    for rank, p in enumerate(contacts):
+        near = (r for r in dict.fromkeys(firsts) if np.linalg.norm(contacts[r] - p, axis=1).max() <= SAME)
+        firsts.append(next(near, rank))
+    return firsts
+
+
+def no_feasible(result: Planned) -> str:
+    """No start ended feasible, or few did."""
+    count, all_ = int(result.grasps.feasible.sum()), int(result.grasps.meta["starts"])
+    if count == 0:
+        return "No start ended feasible. What is shown is the least bad of them, and not to be carried out."
+    few = f"Only {count} of {all_} starts ended feasible: the hand hardly gets at this object as it lies."
+    return few if count < FEASIBLE_SHARE * all_ else ""
+
+
+def stopped(result: Planned) -> str:
+    """Starts that gave nothing."""
+    lost = int(result.grasps.meta["starts"]) - len(result.grasps)
+    return f"{lost} of the starts gave nothing: see why in their table." if lost else ""
+
+
+def unsolved(result: Planned) -> str:
+    """The first choice is not an optimum."""
+    worst = float(result.grasps.kkt[0].max())
+    limit = SOLVED_FACTOR * float(result.grasps.meta["settings"]["solver"]["tolerance"])
+    said = f"The first choice is not an optimum: its KKT residual is {worst:.0e} and should be {limit:.0e} at most."
+    return "" if worst <= limit else said
+
+
+def unseen_contacts(result: Planned) -> str:
+    """Contacts far from every measured point."""
+    if result.cloud is None:
+        return ""
+    distance = np.asarray(cKDTree(result.cloud.points).query(result.grasps.contact_points[0])[0])
+    found = _fingers(result, distance > UNSEEN, 1e3 * distance, "mm")
+    far = f"Contacts more than {1e3 * UNSEEN:.0f} mm from any measured point, where the surface is guessed"
+    return f"{far}: {found}." if found else ""
+
+
+def beside(result: Planned) -> str:
+    """Contacts or targets beside the object."""
+    if result.cloud is None:
+        return ""
+    points, g = result.cloud.points, result.grasps
+    floor = points * [1, 1, 0] + [0, 0, result.cloud.table_height]
+    try:
+        away = [1e3 * outside(np.vstack([points, floor]), places[0]) for places in (g.contact_points, g.targets)]
+    except QhullError:  # a cloud without volume
+        return ""
+    limits = (1e3 * BESIDE, 1e3 * TARGET_BESIDE)
+    said = [_fingers(result, mm > limit, mm, "mm") for mm, limit in zip(away, limits, strict=True)]
+    named = ((f"contacts more than {limits[0]:.0f} mm", said[0]), ("targets", said[1]))
+    parts = [f"{what} outside the hull of the cloud and the table below it: {who}" for what, who in named if who]
+    return f"Beside the object: {'; '.join(parts)}." if parts else ""
+
+
+def torques(result: Planned) -> str:
+    """Joint torques that the hand cannot give."""
+    if result.problem is None:
+        return ""
+    g, settings = result.grasps, result.problem.settings
+    grasp, _ = recompute(result.problem, g.wrist[0], g.joints[0], g.targets[0], g.gains[0])
+    share = torque_share(grasp, settings.contact.metric)
+    remedy = "--limits.effort 1 keeps them within it"
+    return f"A joint torque is {share:.2f} times the hand's effort: {remedy}." if share > 1.0 else ""
+
+
+def uncertain_contacts(result: Planned) -> str:
+    """Contacts that may come a fingertip's radius early or late."""
+    radius = np.array([finger.radius for finger in result.hand.fingers])
+    factor = CALIBRATION.get(str(result.grasps.meta["settings"]["gpis"]["kernel"]), 0.0)  # not of a kernel of one's own
+    deviation = factor * result.grasps.contact_deviation[0]
+    found = _fingers(result, deviation > radius, 1e3 * deviation, "mm")
+    reason = f"contact may come a fingertip's radius ({1e3 * radius.max():.0f} mm) early or late"
+    return f"Uncertain contacts, by the calibrated deviation {factor:g} σ: {found}; {reason}." if found else ""
+
+
+def far_start(result: Planned) -> str:
+    """The wrist went far from its start, or as far as it may."""
+    if result.problem is None:
+        return ""
+    meta, g = result.grasps.meta, result.grasps
+    number = int(g.start[0])
+    begin = starts(result.problem, number + 1, int(meta["seed"]))[number].wrist
+    moved = pin.log6(pin.XYZQUATToSE3(begin).actInv(pin.XYZQUATToSE3(g.wrist[0]))).linear
+    travel, bound = float(np.abs(moved).max()), float(meta["settings"]["limits"]["wrist_travel"])
+    if travel >= AT_BOUND * bound:
+        return f"The wrist is stopped by the bound of its travel, {bound:g} m: --limits.wrist-travel widens it."
+    far = f"The wrist went {1e2 * travel:.0f} cm from its start, more than half of what it may"
+    return (
+        f"{far}: the start was far away, and others (--starts) may find better."
+        if travel > TRAVEL_SHARE * bound
+        else ""
+    )
+
+
+def close_runner_up(result: Planned) -> str:
+    """Another feasible grasp is ranked as good as the first."""
+    g, key = result.grasps, str(result.grasps.meta["settings"]["rank_by"])
+    first = np.minimum(g.margins_initial.min(axis=1), g.margins_equilibrium.min(axis=1))
+    values = {"margin": first, "margin_initial": g.margins_initial.min(axis=1), "energy": g.energy}
+    value = values.get(key, g.stiffness)
+    within = CLOSE if key.startswith("margin") else CLOSE * abs(float(value[0]))
+    others = [rank for rank, same in enumerate(alike(g.contacts)) if same == rank and rank and g.feasible[rank]]
+    near = [rank for rank in others if abs(value[rank] - value[0]) <= within]
+    if not near or not g.feasible[0]:
+        return ""
+    apart = 1e3 * np.linalg.norm(g.contacts[near[0]] - g.contacts[0], axis=1).max()
+    unlike = f"though a contact of it lies {apart:.0f} mm elsewhere (energy {g.energy[near[0]] - g.energy[0]:+.1f})"
+    return f"The choice is close: by {key.replace('_', ' ')}, start {g.start[near[0]]} is as good, {unlike}."
+
+
+def _fingers(result: Planned, chosen: NDArray[np.bool_], values: Array, unit: str) -> str:
+    """The chosen fingers with their values, "" for none."""
+    named = zip(result.grasps.finger_names, chosen, values, strict=True)
+    return ", ".join(f"{name} {value:.0f} {unit}" for name, is_chosen, value in named if is_chosen)

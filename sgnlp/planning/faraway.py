@@ -1,0 +1,56 @@
+"""Plans of clouds far from the origin, made near it: a map's coordinates leave few digits to differences and products.
+
+The planning frame's origin is the whole metre nearest to the cloud, so that moving there and back costs a rounding of
+the world's coordinates and no more; a cloud within `NEAR` is planned where it is.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.perception.observation import Observation
+from sgnlp.planning.problem import Problem
+from sgnlp.planning.solution import Solution
+
+Array = NDArray[np.float64]
+
+NEAR = 10.0
+"""Within this of the origin [m] a double has steps of 2e-15 m, which matter nowhere."""
+
+
+def origin(observation: Observation) -> Array:
+    """Origin (3,) [m] of the planning frame in the world: whole metres, 0 for a cloud near the world's."""
+    middle = (observation.points.min(axis=0) + observation.points.max(axis=0)) / 2
+    return np.round(middle) if np.abs(middle).max() > NEAR else np.zeros(3)
+
+
+def moved_cloud(observation: Observation, by: Array) -> Observation:
+    """The same cloud, table, cameras and true surface, moved by (3,) [m]."""
+    cameras, mesh = observation.camera_positions, observation.mesh_vertices
+    return replace(
+        observation,
+        points=observation.points + by,
+        table_height=observation.table_height + float(by[2]),
+        camera_positions=None if cameras is None else cameras + by,
+        mesh_vertices=None if mesh is None else mesh + by,
+    )
+
+
+def moved_problem(problem: Problem, by: Array) -> Problem:
+    """The same problem, moved by (3,) [m]."""
+    gpis = replace(problem.gpis, X=problem.gpis.X + by, centre=problem.gpis.centre + by)
+    height = problem.table_height + float(by[2])
+    return replace(problem, gpis=gpis, box=problem.box + by, table_height=height, com=problem.com + by)
+
+
+def moved_solution(s: Solution, by: Array) -> Solution:
+    """The same solution, moved by (3,) [m]: x' = R (x - by) + t + by at equilibrium."""
+    places = ("tips", "targets", "contacts", "contacts_eq", "contacts_desired", "spheres")
+    return replace(
+        s,
+        wrist=s.wrist + np.concatenate([by, np.zeros(4)]),
+        grasp=replace(s.grasp, **{name: getattr(s.grasp, name) + by for name in places}),
+        translation_eq=s.translation_eq + by - s.grasp.rotation @ by,
+        contact_points=s.contact_points + by,
+    )

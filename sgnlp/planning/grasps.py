@@ -1,0 +1,135 @@
+"""Planned grasps as arrays, best first: what a result file holds and what a robot needs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.hand.hand import Hand
+from sgnlp.planning.solution import Solution
+from sgnlp.program.terms import TERMS
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Grasps:
+    """G grasps of a hand with m fingers, n joints and S spheres, in the world frame, sorted best first.
+
+    Feasible ones come first. `meta` says how they were made: versions, settings, seed, hand, input, timings.
+    """
+
+    wrist: Array  # (G, 7) pose of the hand's root link, x y z [m] qx qy qz qw
+    joints: Array  # (G, n) [rad], in the order of joint_names
+    joint_names: NDArray[np.str_]  # (n,)
+    finger_names: NDArray[np.str_]  # (m,)
+    tips_pregrasp: Array  # (G, m, 3) [m], tip centres a_i at the pregrasp
+    contacts: Array  # (G, m, 3) [m], tip centres p_i at first contact
+    contact_points: Array  # (G, m, 3) [m], p_i - r n_i on the surface
+    targets: Array  # (G, m, 3) [m], o_i
+    gains: Array  # (G, m) [N/m], k_i
+    normals: Array  # (G, m, 3), outward, at first contact
+    rotation_eq: Array  # (G, 3, 3), motion of the object to the equilibrium
+    translation_eq: Array  # (G, 3) [m]
+    contacts_eq: Array  # (G, m, 3) [m], tip centres at equilibrium
+    forces_initial: Array  # (G, m, 3) [N]
+    forces_eq: Array  # (G, m, 3) [N]
+    stiffness: Array  # (G,) [N m], ρ of the equilibrium
+    margins_initial: Array  # (G, m)
+    margins_equilibrium: Array  # (G, m)
+    contact_distance: Array  # (G, m) [m], of the pads to the surface
+    contact_deviation: Array  # (G, m) [m], of the surface at the contacts
+    object_clearance: Array  # (G, S - m) [m], of every sphere but the pads
+    pad_clearance: Array  # (G, m) [m], of the pads from the object at the pregrasp
+    table_clearance: Array  # (G, S - m) [m], of every sphere but the pads
+    pad_height: Array  # (G, m) [m], of the pads over the table at the pregrasp
+    energy: Array  # (G,), exact and weighted
+    energy_terms: Array  # (G, T), exact and unweighted
+    term_names: NDArray[np.str_]  # (T,)
+    feasible: NDArray[np.bool_]  # (G,)
+    violated: NDArray[np.str_]  # (G,), names of the failed checks, separated by "; "
+    kkt: Array  # (G, 3) dual, primal and complementarity residuals of the scaled problem
+    status: NDArray[np.str_]  # (G,), the solver's word
+    iterations: NDArray[np.int64]  # (G,)
+    solve_seconds: Array  # (G,)
+    start: NDArray[np.int64]  # (G,), index of the initial guess
+    meta: dict[str, Any]
+
+    def __len__(self) -> int:
+        return len(self.energy)
+
+
+PER_HAND = ("joint_names", "finger_names", "term_names")
+"""Fields that are not per grasp."""
+
+
+def stack(hand: Hand, solutions: Sequence[Solution], meta: dict[str, Any]) -> Grasps:
+    """The arrays of solutions, in their order; of no solutions, the same arrays with G = 0."""
+    rows = [_row(solution) for solution in solutions]
+    arrays = {name: np.array([row[name] for row in rows]) for name in rows[0]} if rows else _no_rows(hand)
+    return Grasps(
+        **arrays,
+        joint_names=np.array(hand.joint_names),
+        finger_names=np.array([finger.name for finger in hand.fingers]),
+        term_names=np.array([term.name for term in TERMS]),
+        meta=meta,
+    )
+
+
+def _no_rows(hand: Hand) -> dict[str, Any]:
+    n, m, S = len(hand.joint_names), len(hand.fingers), len(hand.spheres)
+    points = ("tips_pregrasp", "contacts", "contact_points", "targets", "normals", "contacts_eq")
+    numbers = (
+        "gains",
+        "margins_initial",
+        "margins_equilibrium",
+        "contact_distance",
+        "contact_deviation",
+        "pad_clearance",
+        "pad_height",
+    )
+    shapes = dict.fromkeys((*points, "forces_initial", "forces_eq"), (m, 3)) | dict.fromkeys(numbers, (m,))
+    shapes |= {"wrist": (7,), "joints": (n,), "rotation_eq": (3, 3), "translation_eq": (3,), "kkt": (3,)}
+    shapes |= {"object_clearance": (S - m,), "table_clearance": (S - m,), "energy_terms": (len(TERMS),)}
+    kinds = {"feasible": bool, "violated": str, "status": str, "iterations": np.int64, "start": np.int64}
+    names = [f.name for f in fields(Grasps) if f.name not in (*PER_HAND, "meta")]
+    return {name: np.zeros((0, *shapes.get(name, ())), kinds.get(name, float)) for name in names}
+
+
+def _row(s: Solution) -> dict[str, Any]:
+    g = s.grasp
+    return {
+        "wrist": s.wrist,
+        "joints": s.joints,
+        "tips_pregrasp": g.tips,
+        "contacts": g.contacts,
+        "contact_points": s.contact_points,
+        "targets": g.targets,
+        "gains": g.gains,
+        "normals": g.normals,
+        "rotation_eq": g.rotation,
+        "translation_eq": s.translation_eq,
+        "contacts_eq": g.contacts_eq,
+        "forces_initial": g.forces,
+        "forces_eq": g.forces_eq,
+        "stiffness": g.stiffness,
+        "margins_initial": s.margins_initial,
+        "margins_equilibrium": s.margins_equilibrium,
+        "contact_distance": g.gaps,
+        "contact_deviation": g.contact_deviations,
+        "object_clearance": g.object_clearances,
+        "pad_clearance": g.pad_clearances,
+        "table_clearance": g.table_clearances,
+        "pad_height": g.pad_heights,
+        "energy": s.energy,
+        "energy_terms": s.energy_terms,
+        "feasible": s.feasible,
+        "violated": "; ".join(s.violated),
+        "kkt": [s.kkt.dual, s.kkt.primal, s.kkt.complementarity],
+        "status": s.status,
+        "iterations": s.iterations,
+        "solve_seconds": s.seconds,
+        "start": s.start,
+    }

@@ -1,0 +1,85 @@
+"""Plan grasps: from an observation to ranked solutions."""
+
+import time
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass
+
+from sgnlp.base.errors import InputError
+from sgnlp.base.presets import ROBUST
+from sgnlp.base.settings import Settings
+from sgnlp.hand.hand import Hand
+from sgnlp.perception.observation import Observation
+from sgnlp.planning.faraway import moved_cloud, moved_problem, moved_solution, origin
+from sgnlp.planning.pool import Failure, solve_all
+from sgnlp.planning.problem import Problem, pose
+from sgnlp.planning.solution import Solution, rank
+from sgnlp.planning.starts import starts
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Ranked solutions of one observation, best first, and the starts that gave none.
+
+    `seconds` has the wall times of fitting the surface and of solving all starts.
+    """
+
+    observation: Observation
+    problem: Problem
+    solutions: tuple[Solution, ...]
+    failures: tuple[Failure, ...]
+    seed: int
+    jobs: int
+    timeout: float
+    seconds: dict[str, float]
+
+    @property
+    def best(self) -> Solution | None:
+        """The first feasible solution, if there is one."""
+        return self.solutions[0] if self.solutions and self.solutions[0].feasible else None
+
+
+def solve(
+    observation: Observation,
+    hand: str | Hand = "allegro_left",
+    settings: Settings = ROBUST,
+    *,
+    count: int = 7,
+    seed: int = 0,
+    jobs: int = 2,
+    timeout: float = 60.0,
+    progress: Callable[[Solution | Failure], None] = lambda result: None,
+) -> Plan:
+    """Plan compliant pregrasps for an observation.
+
+    Args:
+        observation: the cloud, from `sgnlp.load` or `sgnlp.observe`.
+        hand: name of a hand, or a loaded one.
+        settings: all settings; `sgnlp.preset` has "robust" (default) and "paper".
+        count: number of starts; the first are those of the hand's file.
+        seed: of the training set and of the starts beyond the file's. The same seed gives the same result.
+        jobs: worker processes; the result does not depend on it.
+        timeout: wall-clock limit of a start [s].
+        progress: called with each result as it comes.
+
+    Raises:
+        InputError: the hand or a setting is not valid, or the surface cannot be fitted.
+    """
+    if min(count, jobs) < 1 or not timeout > 0 or seed < 0:
+        raise InputError(f"count {count}, jobs {jobs}, timeout {timeout:g} must be positive, seed {seed} not negative")
+    begin = time.perf_counter()
+    middle = origin(observation)
+    far = bool(middle.any())
+    problem = pose(moved_cloud(observation, -middle) if far else observation, hand, settings, seed)
+    fitted = time.perf_counter()
+    results = []
+    with closing(solve_all(problem, starts(problem, count, seed), jobs, timeout)) as ended:
+        for result in ended:
+            progress(result)
+            results.append(result)
+    solutions = rank([r for r in results if isinstance(r, Solution)], settings.rank_by)
+    if far:
+        problem, solutions = moved_problem(problem, middle), [moved_solution(s, middle) for s in solutions]
+    failures = sorted((r for r in results if isinstance(r, Failure)), key=lambda f: f.start)
+    seconds = {"fit": fitted - begin, "solve": time.perf_counter() - fitted}
+    return Plan(observation, problem, tuple(solutions), tuple(failures), seed, jobs, timeout, seconds)

@@ -1,0 +1,151 @@
+"""Starts solved in worker processes, each under a wall-clock limit that really stops it.
+
+Processes and not threads: MUMPS is not thread-safe, and only a process can be killed inside an iteration.
+"""
+
+import multiprocessing
+import signal
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import TimeoutError as FutureTimeout
+from concurrent.futures import as_completed
+from dataclasses import dataclass
+from functools import lru_cache
+from multiprocessing.connection import Connection
+from typing import Any, TypeVar
+
+from pebble import CONSTS, ProcessExpired, ProcessPool
+from threadpoolctl import threadpool_limits
+
+from sgnlp.base import semaphores
+from sgnlp.base.processes import die_with_parent
+from sgnlp.planning.ipopt import Planner, schedule
+from sgnlp.planning.problem import Problem
+from sgnlp.planning.solution import Solution, solution
+from sgnlp.planning.starts import Start
+from sgnlp.program.compiled import program
+
+T = TypeVar("T")
+
+CONSTS.sleep_unit = 0.01
+"""Seconds between two looks of a pool at its processes. With pebble's 0.1 ending a pool takes as long as a start."""
+
+_problem: Problem | None = None
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A start that gave no solution, and why."""
+
+    start: int
+    reason: str
+
+
+def solve_start(planner: Planner, start: Start) -> Solution:
+    """The solution of one start."""
+    iterate = planner.solve(start)
+    return solution(planner.problem, start, iterate, planner.phases[-1].oracle.nlp.units)
+
+
+def solve_all(
+    problem: Problem, starts: Sequence[Start], jobs: int, timeout: float | None
+) -> Generator[Solution | Failure, None, None]:
+    """Solve every start in `jobs` processes, yielding solutions as they come; see `map_starts`."""
+    return map_starts(solve_start, problem, starts, jobs, timeout)
+
+
+def map_starts(
+    task: Callable[[Planner, Start], T], problem: Problem, starts: Sequence[Start], jobs: int, timeout: float | None
+) -> Generator[T | Failure, None, None]:
+    """Apply a task to every start in `jobs` processes, yielding results as they come.
+
+    `timeout` [s] is a start's limit; one that overruns it, or whose process dies, is a `Failure`. Leaving the
+    iteration early, by an exception too, ends every process. Without semaphores one start is solved at a time.
+    """
+    for formulation, _ in schedule(problem.settings.solver):
+        # before the fork, so that workers inherit it
+        program(problem.hand, problem.structure(formulation), problem.settings.solver.compiled)
+    if semaphores.fault():
+        yield from (_apart(task, problem, start, timeout) for start in starts)
+        return
+    pool = ProcessPool(
+        max_workers=min(jobs, len(starts)),
+        initializer=_initialise,
+        initargs=(problem,),
+        context=multiprocessing.get_context("fork"),
+    )
+    try:
+        futures: dict[Any, Start] = {pool.schedule(_run, args=(task, s), timeout=timeout): s for s in starts}
+        for future in as_completed(futures):
+            yield _result(future, futures[future], timeout)
+    finally:
+        pool.stop()
+        pool.join()
+
+
+def _result(future: Any, start: Start, timeout: float | None) -> Any:
+    try:
+        return future.result()
+    except FutureTimeout:
+        return _stopped(start, timeout)
+    except ProcessExpired as error:
+        return _expired(start, error.exitcode)
+    except Exception as error:  # whatever went wrong in a worker is that start's failure, not the plan's
+        return _failed(start, error)
+
+
+def _stopped(start: Start, timeout: float | None) -> Failure:
+    return Failure(start.index, f"stopped after {timeout:g} s")
+
+
+def _expired(start: Start, code: int | None) -> Failure:
+    return Failure(start.index, f"process ended with exit code {code}")
+
+
+def _failed(start: Start, error: Exception) -> Failure:
+    return Failure(start.index, f"{type(error).__name__}: {str(error).splitlines()[0] if str(error) else ''}")
+
+
+def _apart(task: Callable[[Planner, Start], T], problem: Problem, start: Start, timeout: float | None) -> T | Failure:
+    """The result of one start in a process forked for it, which sends it through a pipe."""
+    context = multiprocessing.get_context("fork")
+    ours, theirs = context.Pipe(duplex=False)
+    process = context.Process(target=_send, args=(theirs, task, problem, start), daemon=True)
+    process.start()
+    theirs.close()
+    try:
+        return ours.recv() if ours.poll(timeout) else _stopped(start, timeout)
+    except EOFError:
+        process.join()
+        return _expired(start, process.exitcode)
+    finally:
+        process.kill()
+        process.join()
+        ours.close()
+
+
+def _send(pipe: Connection, task: Callable[[Planner, Start], T], problem: Problem, start: Start) -> None:
+    _initialise(problem)
+    try:
+        pipe.send(_run(task, start))
+    except Exception as error:
+        pipe.send(_failed(start, error))
+
+
+def _initialise(problem: Problem) -> None:
+    """Ready a worker: interrupts are the parent's business, and one process is one thread."""
+    global _problem
+    die_with_parent()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threadpool_limits(1)
+    _problem = problem
+
+
+@lru_cache(maxsize=1)
+def _planner(problem: Problem) -> Planner:
+    """Made with the first task and not on the worker's start, so that an error is the task's."""
+    return Planner(problem)
+
+
+def _run(task: Callable[[Planner, Start], T], start: Start) -> T:
+    assert _problem is not None
+    return task(_planner(_problem), start)

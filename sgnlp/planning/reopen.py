@@ -1,0 +1,84 @@
+"""A result's problem posed again: its cloud read from its source, its surface fitted as it was."""
+
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from sgnlp.base.errors import InputError
+from sgnlp.base.settings import Settings
+from sgnlp.hand.hand import Hand, load_hand
+from sgnlp.perception.observation import Observation, ObservationSettings, load
+from sgnlp.planning.cautions.planned import Planned
+from sgnlp.planning.grasps import Grasps
+from sgnlp.planning.problem import Problem, pose
+from sgnlp.planning.results import load_grasps
+
+
+def settings(meta: dict[str, Any]) -> Settings:
+    """The settings that a result was planned with."""
+    known: dict[str, Any] = {f.name: f.default_factory for f in fields(Settings)}
+    values = {name: value for name, value in meta["settings"].items() if name in known}
+    return Settings(**{n: known[n](**value) if isinstance(value, dict) else value for n, value in values.items()})
+
+
+def source(grasps: Grasps, folder: Path, file: Path | None = None) -> Path:
+    """The file that the result in a folder was solved from, or `file` in its place.
+
+    A relative name is looked for in the folder where `sgnlp solve` was called, in the present one, and in those above
+    the result, to which it may have been moved together with the result.
+
+    Raises `InputError` if it is nowhere.
+    """
+    if file is not None:
+        named, tried = file, [file]
+    else:
+        named = Path(grasps.meta.get("source") or "")
+        places = (Path(grasps.meta.get("working_folder") or ""), Path(), *folder.absolute().parents)
+        tried = [place / named for place in places]
+    found = next((path for path in tried if path.is_file()), None)
+    if found is None:
+        said = f"'{tried[0]}' is not there" if str(named) != "." else "the result names no file"
+        raise InputError(f"{said}; name its file with --object")
+    return found
+
+
+def observation(grasps: Grasps, folder: Path, file: Path | None = None) -> Observation:
+    """The cloud that the result in a folder was solved from, from its source or from `file`.
+
+    Raises:
+        InputError: the file is missing, or it is not the cloud that was solved.
+    """
+    path = source(grasps, folder, file)
+    options = dict(grasps.meta.get("reading") or {})
+    if "settings" in options:
+        known = {f.name for f in fields(ObservationSettings)}
+        kept = {name: value for name, value in options["settings"].items() if name in known}
+        options["settings"] = ObservationSettings(**kept)
+    found = load(path, **options)
+    if found.digest != grasps.meta.get("input_digest"):
+        raise InputError(f"'{path}' has changed, or was read with other options, since it was solved")
+    return found
+
+
+def problem(grasps: Grasps, cloud: Observation, hand: Hand) -> Problem:
+    """The problem that the grasps solve: the same seed and settings fit the same surface."""
+    return pose(cloud, hand, settings(grasps.meta), int(grasps.meta["seed"]))
+
+
+class Reopened(Planned):
+    """A result read again."""
+
+
+def reopen(folder: Path, file: Path | None = None, hand: str | None = None) -> Reopened:
+    """A result with its problem; `file` and `hand` are the cloud's and the hand's folder, if they are elsewhere now.
+
+    Raises:
+        InputError: there is no such result or hand.
+    """
+    grasps = load_grasps(folder)
+    found = load_hand(hand or grasps.meta["hand"], grasps.meta["settings"]["spheres"])
+    try:
+        cloud = observation(grasps, folder, file)
+    except InputError as error:
+        return Reopened(grasps, found, None, None, str(error))
+    return Reopened(grasps, found, cloud, problem(grasps, cloud, found))

@@ -1,0 +1,294 @@
+"""Result folders: grasps, summary, courses of the starts, rows; written whole or not at all, and read again.
+
+The files of a folder are written beside their places first and moved there when all are written: a full disk changes
+nothing. The summary is moved last and repeats what `grasps.npz` says of itself, so that a kill between is noticed.
+"""
+
+import csv
+import errno
+import io
+import json
+import math
+import os
+import tempfile
+import zipfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import asdict, fields
+from importlib import import_module
+from pathlib import Path
+from typing import Any, get_type_hints
+
+import numpy as np
+
+from sgnlp.base.errors import InputError, MachineError, gives_out
+from sgnlp.planning.grasps import Grasps
+
+GRASPS = "grasps.npz"
+SUMMARY = "summary.json"
+COURSES = "courses.npz"
+RUN = ("object", "input_digest", "settings", "seed", "starts", "seconds")
+"""What tells one run from another: its input, and the wall times to the last digit."""
+NAMED = 3
+"""Differences that are named where rows of other settings are refused."""
+
+
+def writable(folder: Path) -> None:
+    """Raise unless results can be written to a folder, which need not exist. Leaves nothing behind.
+
+    Raises:
+        InputError: it is no folder, or may not be written.
+        MachineError: the disk is full.
+    """
+    try:
+        existing = next(path for path in (folder, *folder.parents) if path.exists())
+        with tempfile.TemporaryFile(dir=existing):
+            pass
+    except OSError as error:
+        raise _unwritten(f"the output folder '{folder}'", error) from None
+
+
+def save(grasps: Grasps, summary: dict[str, Any], folder: Path, courses: dict[str, Any] | None = None) -> None:
+    """Write the files of a result, all or none. Courses of an older one do not stay behind.
+
+    Raises:
+        InputError: the folder cannot be written.
+        MachineError: the disk is full.
+    """
+    arrays = {f.name: getattr(grasps, f.name) for f in fields(Grasps) if f.name != "meta"}
+    arrays["meta"] = np.array(json.dumps(grasps.meta, sort_keys=True))
+    ways = _npz(courses) if courses else None
+    write_files(folder, {GRASPS: _npz(arrays), COURSES: ways, SUMMARY: encoded(json_text(summary))})
+
+
+def load_summary(folder: Path, grasps: Grasps) -> dict[str, Any]:
+    """The summary of the grasps in a folder.
+
+    Raises:
+        InputError: it is missing, damaged, or that of other grasps.
+    """
+    file = folder / SUMMARY
+    try:
+        summary = json.loads(file.read_text(encoding="utf-8"))
+        found = {name: summary[name] for name in (*summary, "starts_table", "best", "notes")}
+    except (OSError, ValueError, KeyError, TypeError):
+        raise InputError(f"'{file}' is missing, or not the summary of a result; solve it again") from None
+    made = json.loads(json_text(grasps.meta))
+    if any(found.get(name) != made.get(name) for name in RUN):
+        raise InputError(f"'{file}' is not the summary of the {GRASPS} beside it; solve it again")
+    return found
+
+
+def load_grasps(path: str | Path) -> Grasps:
+    """Read the grasps of a result folder, or of its `grasps.npz`.
+
+    Raises:
+        InputError: there is no such file, or it is not one that `save` wrote.
+    """
+    file = Path(path)
+    file = file / GRASPS if file.is_dir() else file
+    if not file.is_file():
+        raise InputError(f"no result at '{path}': it should be a folder with {GRASPS}")
+    if not zipfile.is_zipfile(file):
+        raise InputError(f"'{file}' is not a result of sgnlp: it is not an npz, or a truncated one")
+    try:
+        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
+            arrays = {f.name: data[f.name] for f in fields(Grasps)}
+        return Grasps(**arrays | {"meta": json.loads(str(arrays["meta"]))})
+    except KeyError as error:
+        raise InputError(f"'{file}' is not a result of sgnlp: {error.args[0]}") from None
+    except Exception as error:  # a damaged array can raise almost anything
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise InputError(f"'{file}' cannot be read: {reason}") from None
+
+
+def json_text(value: Any) -> str:
+    """Indented JSON. It has no NaN and no infinities: they become null."""
+    return json.dumps(_finite(value), indent=2, allow_nan=False) + "\n"
+
+
+def write_arrays(file: Path, arrays: dict[str, Any]) -> None:
+    """Write an npz whole or not at all; the same arrays give the same bytes."""
+    write_bytes(file, _npz(arrays))
+
+
+def write_text(file: Path, text: str) -> None:
+    """Write a text file whole or not at all."""
+    write_bytes(file, encoded(text))
+
+
+def write_rows(file: Path, rows: Sequence[Any]) -> None:
+    """Write dataclass rows as CSV, whole or not at all."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, [f.name for f in fields(rows[0])], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(asdict(row) for row in rows)
+    write_text(file, text.getvalue())
+
+
+def write_parquet(file: Path, rows: Sequence[Any]) -> None:
+    """Write the same rows as Parquet, each field a column of its type, whole or not at all.
+
+    Raises:
+        InputError: pyarrow is not installed, or the folder cannot be written.
+    """
+    pa, parquet = arrow()
+    types = {"str": pa.string(), "int": pa.int64(), "float": pa.float64(), "bool": pa.bool_()}
+    schema = pa.schema([(name, types[kind.__name__]) for name, kind in get_type_hints(type(rows[0])).items()])
+    content = pa.BufferOutputStream()
+    parquet.write_table(pa.Table.from_pylist([asdict(row) for row in rows], schema), content)
+    write_bytes(file, content.getvalue().to_pybytes())
+
+
+def arrow() -> tuple[Any, Any]:
+    """The modules pyarrow and pyarrow.parquet; raises `InputError` where they are not installed."""
+    try:
+        return import_module("pyarrow"), import_module("pyarrow.parquet")
+    except ImportError:
+        raise InputError("Parquet needs the package pyarrow: pip install 'sgnlp[parquet]'") from None
+
+
+def read_rows(file: Path, row: type[Any]) -> list[Any]:
+    """Read rows that `write_rows` wrote, [] if there is no file. Fields are str, int, float or bool."""
+    if not file.is_file():
+        return []
+    read: dict[str, Callable[[str], Any]]
+    read = {"str": str, "int": int, "float": float, "bool": lambda text: text == "True"}
+    kinds = {name: read[kind.__name__] for name, kind in get_type_hints(row).items()}
+    try:
+        with open(file, encoding="utf-8", errors="surrogateescape", newline="") as handle:
+            reader = csv.DictReader(handle)
+            if strange := set(reader.fieldnames or ()) - set(kinds):
+                raise ValueError(f"unknown column {min(strange)!r}")
+            return [row(**{name: kinds[name](text) for name, text in line.items()}) for line in reader]
+    except (KeyError, ValueError, TypeError, csv.Error) as error:
+        raise InputError(f"'{file}' does not hold rows of this study: {error}; delete it to begin anew") from None
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def resumed(file: Path, made: dict[str, Any]) -> dict[str, Any]:
+    """`made`, with the commits of the rows that a folder holds already where its `made.json` tells of others.
+
+    Raises `InputError` if it tells of another study, whose rows must not be mixed with these.
+    """
+    if not file.is_file():
+        return made
+    try:
+        before = json.loads(file.read_text(encoding="utf-8"))
+    except ValueError:
+        before = {}
+    inputs, wanted = made.get("inputs", {}), json.loads(json_text(made["study"]))
+    known = before.get("inputs", {})
+    changed = [f"cloud {name}" for name, digest in inputs.items() if known.get(name, digest) != digest]
+    study = before.get("study")
+    changed += _changes(study, wanted) if isinstance(study, dict) else [] if study == wanted else ["settings"]
+    if changed:
+        said = f"{', '.join(changed[:NAMED])}{', ...' if len(changed) > NAMED else ''}"
+        raise InputError(
+            f"'{file.parent}' holds rows of other settings or clouds ({said}); choose another --out or delete it"
+        )
+    commits = [*before.get("earlier_commits", []), before.get("commit")]
+    earlier = [commit for commit in dict.fromkeys(commits) if commit and commit != made.get("commit")]
+    return made | {"earlier_commits": earlier} if earlier else made
+
+
+def _changes(before: dict[str, Any], now: dict[str, Any], group: str = "") -> list[str]:
+    """What differs between two nested mappings, as `solver.tolerance was 1e-06, is 0.001`."""
+    found = []
+    for name in dict.fromkeys((*before, *now)):
+        old, new = before.get(name), now.get(name)
+        if isinstance(old, dict) and isinstance(new, dict):
+            found += _changes(old, new, f"{group}{name}.")
+        elif old != new:
+            found.append(f"{group}{name} was {old}, is {new}")
+    return found
+
+
+def write_bytes(target: Path, content: bytes) -> None:
+    """Write a file whole or not at all; see `write_files`."""
+    write_files(target.parent, {target.name: content})
+
+
+def write_files(folder: Path, contents: Mapping[str, bytes | None]) -> None:
+    """Write files of a folder and of those below it, which are made, all or none; one without content is deleted.
+
+    Raises:
+        InputError: the folder or one of them cannot be written.
+        MachineError: the disk is full.
+    """
+    name = next(iter(contents))
+    try:
+        with ExitStack() as stack:
+            for place in dict.fromkeys((folder / name).parent for name in contents):
+                stack.enter_context(_made(place))
+            stage = stack.enter_context(_staged(folder))
+            for name, content in contents.items():
+                if (folder / name).is_dir():
+                    raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR))
+                stage(name, content)
+    except OSError as error:
+        raise _unwritten(f"'{folder / name}'", error) from None
+
+
+@contextmanager
+def _staged(folder: Path) -> Iterator[Callable[[str, bytes | None], None]]:
+    """Temporary files beside their places, which are moved there at the end, in order; none is left by an error."""
+    staged: dict[str, Path | None] = {}
+
+    def stage(name: str, content: bytes | None) -> None:
+        staged[name] = None
+        if content is None:
+            return
+        handle, temporary = tempfile.mkstemp(dir=(folder / name).parent, prefix=".writing-")
+        staged[name] = Path(temporary)
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        os.chmod(temporary, 0o644)
+
+    try:
+        yield stage
+        for name, source in staged.items():
+            if source is None:
+                (folder / name).unlink(missing_ok=True)
+            else:
+                os.replace(source, folder / name)
+    finally:
+        for source in filter(None, staged.values()):
+            source.unlink(missing_ok=True)
+
+
+@contextmanager
+def _made(folder: Path) -> Iterator[None]:
+    """A folder that is made with those above it, and taken away again by an error."""
+    new = [path for path in (folder, *folder.parents) if not path.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        yield
+    except BaseException:
+        for path in new:
+            with suppress(OSError):
+                path.rmdir()
+        raise
+
+
+def _unwritten(what: str, error: OSError) -> InputError | MachineError:
+    kind = MachineError if gives_out(error) else InputError
+    return kind(f"{what} cannot be written: {error.strerror}")
+
+
+def _npz(arrays: dict[str, Any]) -> bytes:
+    archive = io.BytesIO()  # never closed by an interrupt while the archive is open, unlike a file
+    np.savez_compressed(archive, **arrays)
+    return archive.getvalue()
+
+
+def encoded(text: str) -> bytes:
+    """UTF-8; a byte of a file's name that was not is itself again."""
+    return text.encode("utf-8", "surrogateescape")

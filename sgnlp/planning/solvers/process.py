@@ -1,0 +1,81 @@
+"""Work in a process of its own that may crash, hang or lie: what it sent before its end is kept, and why it ended."""
+
+import faulthandler
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from typing import Any
+
+from sgnlp.base.errors import SgnlpError
+from sgnlp.base.processes import die_with_parent
+
+WALL_FACTOR = 60.0
+"""A process that says nothing for so many times its limit of processor time sleeps: the machine is not that busy."""
+
+Send = Callable[[Any], None]
+
+
+def spend(seconds: float) -> None:
+    """End this process by the kernel's hand once it has used so much processor time [s]; 0 takes that back."""
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+
+
+def apart(work: Callable[[Send], None], seconds: float) -> tuple[list[Any], str]:
+    """What `work` sends from a process forked for it, and why that ended early, empty if it did not.
+
+    The process is ended when nothing was sent for `WALL_FACTOR` times `seconds` of wall time; processor time it limits
+    itself, by `spend`. Whatever its libraries print is lost.
+    """
+    context = multiprocessing.get_context("fork")
+    ours, theirs = context.Pipe(duplex=False)
+    process = context.Process(target=_child, args=(work, theirs), daemon=True)
+    process.start()
+    theirs.close()
+    sent: list[Any] = []
+    try:
+        while True:
+            if not ours.poll(WALL_FACTOR * seconds):
+                return sent, f"no word for {WALL_FACTOR * seconds:g} s"
+            kind, value = ours.recv()
+            if kind == "end":
+                return sent, value
+            sent.append(value)
+    except (EOFError, OSError):
+        process.join()
+        return sent, _reason(process.exitcode, seconds)
+    finally:
+        process.kill()
+        process.join()
+        ours.close()
+
+
+def _child(work: Callable[[Send], None], pipe: Connection) -> None:
+    die_with_parent()
+    faulthandler.disable()  # a crash is told by its reason
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGPROF, signal.SIG_DFL)
+    silence = os.open(os.devnull, os.O_WRONLY)
+    for stream in (1, 2):
+        os.dup2(silence, stream)
+    reason = ""
+    try:
+        work(lambda value: pipe.send(("value", value)))
+    except Exception as error:  # whatever it is, it is this work's end and no other's
+        line = next(iter(str(error).splitlines()[::-1]), "").strip()
+        reason = line if isinstance(error, SgnlpError) else f"{type(error).__name__}: {line}"
+    spend(0.0)
+    pipe.send(("end", reason))
+    pipe.close()
+    os._exit(0)  # a library's own exit may hang
+
+
+def _reason(code: int | None, seconds: float) -> str:
+    if code == 0:  # it ended itself
+        return ""
+    if code == -signal.SIGPROF:
+        return f"over {seconds:g} s of processor time"
+    if code is not None and code < 0:
+        return f"killed by {signal.Signals(-code).name}"
+    return f"process ended with exit code {code}"

@@ -1,0 +1,68 @@
+"""Initial guesses: the wrist starts of the hand's file around the cloud, then seeded turns of them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from sgnlp.hand.kinematics import frames
+from sgnlp.planning.problem import Problem
+from sgnlp.program.nlp import Nlp, variable_units
+
+Array = NDArray[np.float64]
+
+TARGET_DEPTH = 0.5
+"""Initial targets lie this far from each tip towards the middle of the tips (paper's appendix: halfway)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """An initial guess: wrist pose (7), joints (n) [rad], targets (m, 3) [m], gains (m) [N/m]."""
+
+    index: int
+    wrist: Array
+    joints: Array
+    targets: Array
+    gains: Array
+
+
+def starts(problem: Problem, count: int, seed: int) -> list[Start]:
+    """The first `count` starts: those of the hand's file, then as many seeded ones as are asked for.
+
+    A seeded start is one of the file's, turned about the vertical through the middle of the cloud's box.
+    """
+    centre, extents = problem.box.mean(axis=0), problem.box[1] - problem.box[0]
+    file = [w.pose(centre, extents) for w in problem.hand.wrist_starts]
+    rng = np.random.default_rng(seed)
+    turned = [
+        _turn(file[rng.integers(len(file))], centre, rng.uniform(-np.pi, np.pi))
+        for _ in range(max(count - len(file), 0))
+    ]
+    return [_start(problem, i, wrist) for i, wrist in enumerate([*file, *turned][:count])]
+
+
+def initial(nlp: Nlp, start: Start) -> Array:
+    """The scaled variables of a start: v = 0, its targets and gains, without slacks."""
+    n = len(nlp.hand.joint_names)
+    return np.concatenate([np.zeros(6 + n), start.targets.ravel(), start.gains]) / variable_units(nlp.hand)
+
+
+def _turn(wrist: Array, centre: Array, yaw: float) -> Array:
+    """The pose turned by `yaw` [rad] about the vertical through `centre` (3)."""
+    turn = pin.SE3(pin.utils.rotate("z", yaw), np.zeros(3))
+    pose = pin.XYZQUATToSE3(wrist)
+    pose.translation -= centre
+    pose = turn * pose
+    pose.translation += centre
+    return np.asarray(pin.SE3ToXYZQUAT(pose))
+
+
+def _start(problem: Problem, index: int, wrist: Array) -> Start:
+    hand = problem.hand
+    tips, _ = frames(hand, wrist, hand.reference)
+    side = problem.gpis.radius / np.sqrt(3)
+    targets = tips + TARGET_DEPTH * (tips.mean(axis=0) - tips)
+    targets = np.clip(targets, problem.gpis.centre - side, problem.gpis.centre + side)
+    gains = np.clip(hand.gain_initial, *problem.gain_bounds())
+    return Start(index, wrist, hand.reference, targets, gains)

@@ -1,0 +1,40 @@
+"""Which rows of a nonlinear program are not met, by name and in physical units."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.program.elastic import relaxed
+from sgnlp.program.nlp import Nlp
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Violation:
+    """A row that has a `value` beyond its `limit`, both in `unit`; `size` is how far in the scale of the row."""
+
+    name: str
+    value: float
+    limit: float
+    unit: str
+    size: float
+
+
+def violations(
+    nlp: Nlp, rows: Callable[[Array], Array], x: Array, g_bounds: tuple[Array, Array], tolerance: float
+) -> tuple[Violation, ...]:
+    """The rows that are more than `tolerance` outside their scaled bounds (ng,) at x (nx,), the worst first.
+
+    `rows` gives g (ng,) at x; those of an elastic program are taken without slacks.
+    """
+    g = rows(relaxed(nlp, x))
+    units = [c.unit for c, size in zip(nlp.constraints, nlp.row_sizes, strict=True) for _ in range(size)]
+    limits = np.clip(g, *g_bounds)
+    found = []
+    for i in np.flatnonzero(~(np.abs(g - limits) <= tolerance)):
+        value, limit = (units[i].reading(units[i].scale * float(row)) for row in (g[i], limits[i]))
+        found.append(Violation(nlp.row_names[i], value, limit, units[i].symbol, float(abs(g[i] - limits[i]))))
+    return tuple(sorted(found, key=lambda v: -v.size))

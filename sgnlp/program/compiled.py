@@ -1,0 +1,117 @@
+"""The functions of a nonlinear program compiled, once for every object, and kept in the user's cache.
+
+The key is known before anything symbolic is built: the sources that make it, the hand's files, the structure, CasADi,
+the compiler, its flags and the processor. So a warm start builds no graph at all. Compiled and interpreted functions
+give the same bits (`sgnlp.program.codegen`); a result does not depend on which of them ran.
+"""
+
+import json
+from collections.abc import Callable
+from dataclasses import astuple
+from functools import lru_cache
+from pathlib import Path
+
+import casadi as ca
+from filelock import FileLock
+
+from sgnlp.base import toolchain
+from sgnlp.base.errors import MachineError, SolverError, gives_out
+from sgnlp.hand.hand import Hand
+from sgnlp.hand.kinematics import backend
+from sgnlp.program import codegen
+from sgnlp.program.elastic import relax
+from sgnlp.program.nlp import FUNCTIONS, Nlp, build, frame
+from sgnlp.program.structure import Structure
+
+FLAGS = ("-O1", "-ffp-contract=off")
+"""-O2 compiles twice as long and gains nothing; contraction would change the bits."""
+
+ROOMS = ("base", "perception", "surface", "hand", "program")
+"""The rooms that the functions of a program are made of: a change in one of them asks for a new build."""
+
+
+def program(hand: Hand, structure: Structure, compiled: bool = True) -> Nlp:
+    """The program of a hand and structure: compiled if it is wanted and in the cache, else in CasADi's machine."""
+    if structure.formulation == "elastic":
+        return relax(program(hand, structure.rigid, compiled))
+    found = load(hand, structure) if compiled else None
+    return found or build(hand, structure)
+
+
+@lru_cache(maxsize=8)
+def load(hand: Hand, structure: Structure) -> Nlp | None:
+    """The compiled program from the cache; None if it is not there, is damaged or cannot be loaded."""
+    library = path(hand, structure)
+    note = toolchain.note_of(library)
+    if note is None:
+        return None
+    try:
+        sizes = tuple(json.loads(note))
+        functions = {name: ca.external(name, str(library)) for name in FUNCTIONS}
+    except (OSError, ValueError, RuntimeError):
+        return None
+    return Nlp(**frame(hand, structure), row_sizes=sizes, **functions)
+
+
+def compile_program(
+    hand: Hand, structure: Structure, jobs: int = 1, progress: Callable[[int, int], None] = lambda done, total: None
+) -> Path:
+    """Compile a program into the cache, unless it is there, and return its library. It notes the sizes of its rows.
+
+    One process builds and others that want the same wait for it.
+
+    Raises:
+        SolverError: there is no compiler, it fails, or the cache cannot be written.
+        MachineError: there is no room for it.
+    """
+    library = path(hand, structure)
+    if not built(library):
+        if fault := toolchain.cache_fault() or toolchain.compiler_fault():
+            raise SolverError(fault)
+        try:
+            library.parent.mkdir(parents=True, exist_ok=True)
+            with FileLock(library.with_suffix(".lock")):
+                if not built(library):
+                    nlp = build(hand, structure.rigid)
+                    sources = {file: text for name in FUNCTIONS for file, text in _sources(name, nlp).items()}
+                    note = json.dumps(nlp.row_sizes).encode()
+                    toolchain.build(library, sources, FLAGS, jobs, progress, note)
+        except OSError as error:  # of the lock
+            kind = MachineError if gives_out(error) else SolverError
+            raise kind(f"the cache '{library.parent}' cannot be written: {error.strerror or error}") from None
+    load.cache_clear()
+    return library
+
+
+def built(library: Path) -> bool:
+    """Whether a library is in the cache, as it was built."""
+    return toolchain.note_of(library) is not None
+
+
+def can_compile() -> bool:
+    """Whether a compiler that works is found, and a cache for what it makes."""
+    return not (toolchain.cache_fault() or toolchain.compiler_fault())
+
+
+def path(hand: Hand, structure: Structure) -> Path:
+    """Where the compiled program of a hand and structure lies, whether it is there or not."""
+    structure = structure.rigid
+    key = toolchain.fingerprint(_package(), hand.digest, repr(astuple(structure)), ca.__version__, backend(), *FLAGS)
+    return toolchain.cache_folder() / f"program-{structure.formulation}-{key}.so"
+
+
+def _sources(name: str, nlp: Nlp) -> dict[str, str]:
+    function = getattr(nlp, name)
+    if function.is_a("SXFunction"):
+        return codegen.sources(function)
+    generator = ca.CodeGenerator(f"{name}.c")  # the mapped jets: short
+    generator.add(function)
+    return {f"{name}.c": generator.dump()}
+
+
+@lru_cache(maxsize=1)
+def _package() -> bytes:
+    """The sources of `ROOMS`, one after the other."""
+    package = Path(__file__).parents[1]
+    files = sorted(file for room in ROOMS for file in (package / room).rglob("*.py"))
+    return b"\0".join(file.read_bytes() for file in files)

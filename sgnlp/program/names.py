@@ -1,0 +1,42 @@
+"""Names of the variables and rows of a nonlinear program: `target.thumb.x`, `contact[ring]`, `table[middle_distal]`."""
+
+from collections.abc import Iterable
+
+from sgnlp.hand.hand import Hand
+from sgnlp.program.constraints import Constraint
+
+AXES = ("x", "y", "z")
+
+
+def labels(hand: Hand) -> dict[str, tuple[str, ...]]:
+    """What the rows of a constraint go over, the values of `Constraint.over`: every sphere but the pads is a `link`."""
+    spheres = tuple(sphere.name for sphere in hand.spheres)
+    return {
+        "": ("",),
+        "finger": tuple(finger.name for finger in hand.fingers),
+        "joint": hand.joint_names,
+        "link": tuple(name for i, name in enumerate(spheres) if i not in hand.tip_spheres),
+        "pair": tuple(f"{spheres[i]}-{spheres[j]}" for i, j in hand.pairs),
+        "axis": AXES,
+        "tip": tuple(f"{finger.name}.{axis}" for axis in AXES for finger in hand.fingers),
+    }
+
+
+def variable_names(hand: Hand) -> tuple[str, ...]:
+    """A name for each variable (nx,): the wrist's tangent, the joints by their own names, targets and gains."""
+    fingers = [finger.name for finger in hand.fingers]
+    wrist = [f"wrist.{kind}{axis}" for kind in ("", "r") for axis in AXES]
+    targets = [f"target.{finger}.{axis}" for finger in fingers for axis in AXES]
+    return (*wrist, *(f"joint.{name}" for name in hand.joint_names), *targets, *(f"gain.{name}" for name in fingers))
+
+
+def lifted_names(hand: Hand) -> tuple[str, ...]:
+    """A name for each variable (3 m + 6) that the lifted formulation adds: the tips, then the pose at equilibrium."""
+    tips = [f"tip.{finger.name}.{axis}" for finger in hand.fingers for axis in AXES]
+    return (*tips, *(f"equilibrium.{kind}{axis}" for kind in ("r", "") for axis in AXES))
+
+
+def row_names(hand: Hand, constraints: Iterable[Constraint]) -> tuple[str, ...]:
+    """A name for each row (ng,): its constraint's, with that of the finger, joint, sphere, pair or axis in brackets."""
+    over = labels(hand)
+    return tuple(f"{c.name}[{label}]" if label else c.name for c in constraints for label in over[c.over])

@@ -1,0 +1,167 @@
+"""An `Nlp` joined with a fitted surface: functions of (x, p) alone, as a solver calls them.
+
+The surface is evaluated once for each new x, however many of f, ∇f, g, J and H are asked for there, and no further than
+they need: f and g, all that a trial point of a line search is asked for, take a quarter of the work.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.program.nlp import Nlp
+from sgnlp.surface import native
+from sgnlp.surface.gpis import MEAN_JET, MIN_SLOPE, VARIANCE_JET, Gpis
+from sgnlp.surface.jets import Layout
+
+Array = NDArray[np.float64]
+
+ORDERS = 1 + 3
+"""Numbers of a raw jet of the mean that the first step gives: value and first derivatives."""
+
+
+class Surface:
+    """The jets of a fitted surface at the last points that were asked for.
+
+    The feet follow from the normals at the contacts; `metric` is the `jets` of the `Nlp`. `evaluations` counts the
+    points at which values were taken, `completions` those at which derivatives were.
+    """
+
+    def __init__(self, gpis: Gpis, layout: Layout, metric: ca.Function, compiled: bool = True):
+        self._raw_jets = native.raw_jets(gpis, layout.uncertain, compiled)
+        self.layout, self._metric = layout, metric
+        self._buffer, self._evaluate = metric.buffer()
+        self._Z = np.zeros((layout.points, 3), order="F")
+        self._mean, self._variance = np.zeros((layout.points, MEAN_JET)), np.zeros((layout.uncertain, VARIANCE_JET))
+        self.jets = [np.zeros(metric.size_out(i), order="F") for i in range(metric.n_out())]
+        for i, raw in enumerate((self._mean, self._variance)):  # C order (Q, 20) is CasADi's column-major (20, Q)
+            self._buffer.set_arg(i, raw.data)
+        for i, jets in enumerate(self.jets):
+            self._buffer.set_res(i, jets.T.data)
+        self._last = np.full((layout.points - layout.m, 3), np.nan), np.full(layout.m, np.nan)
+        self._complete = False
+        self.evaluations = self.completions = 0
+
+    def update(self, Z: Array, radii: Array, complete: bool) -> None:
+        """Make `jets` those of `Layout.symbols()` at Z (Q - m, 3), radii (m) [m].
+
+        Their derivatives are 0 unless they are asked for by `complete`, or were before at the same points.
+        """
+        if not (np.array_equal(Z, self._last[0]) and np.array_equal(radii, self._last[1])):
+            self._last, self._complete = (Z.copy(), radii.copy()), False
+            self._values(*self._last)
+            self._evaluate()
+            self.evaluations += 1
+        if complete and not self._complete:
+            self._raw_jets.derivatives(self._Z, self._mean, self._variance)
+            self._evaluate()
+            self._complete = True
+            self.completions += 1
+
+    def _values(self, Z: Array, radii: Array) -> None:
+        """Raw jets of the first step at the given points and, between them, at the feet."""
+        m, before, mean = self.layout.m, self.layout.before_feet, self._mean
+        mean[:, ORDERS:], self._variance[:, 1:] = 0, 0
+        self._Z[:before], self._Z[before + m :] = Z[:before], Z[before:]
+        self._raw_jets.values(self._Z[:before], mean[:before], self._variance)
+        gradient = mean[:m, 1:ORDERS]
+        normals = gradient / np.sqrt((gradient**2).sum(axis=1, keepdims=True) + MIN_SLOPE**2)
+        self._Z[before : before + m] = Z[:m] - radii[:, None] * normals
+        self._raw_jets.values(self._Z[before:], mean[before:], self._variance[:0])
+
+
+class SurfaceJets(ca.Callback):
+    """Given query points (Q - m, 3) and pad radii (m) [m] → the `jets` of a surface, complete or their values alone."""
+
+    def __init__(self, surface: Surface, complete: bool):
+        ca.Callback.__init__(self)
+        self._surface, self._complete = surface, complete
+        self.construct("surface_jets" if complete else "surface_values", {})
+
+    def get_n_in(self) -> int:
+        """Points and radii."""
+        return 2
+
+    def get_n_out(self) -> int:
+        """Four blocks of jets."""
+        return len(self._surface.jets)
+
+    def get_sparsity_in(self, i: int) -> ca.Sparsity:
+        """(Q - m, 3) and (m,)."""
+        layout = self._surface.layout
+        return ca.Sparsity.dense(*[(layout.points - layout.m, 3), (layout.m, 1)][i])
+
+    def get_sparsity_out(self, i: int) -> ca.Sparsity:
+        """As `Layout.symbols()`."""
+        return ca.Sparsity.dense(*self._surface.jets[i].shape)
+
+    def has_eval_buffer(self) -> bool:
+        """Evaluated on raw memory: no conversion of 70 kB to and from CasADi matrices at every call."""
+        return True
+
+    def eval_buffer(self, arguments: Sequence[Any], results: Sequence[Any]) -> int:
+        """Evaluate what is not known at these points."""
+        Z = np.frombuffer(arguments[0], dtype=float).reshape(3, -1).T
+        self._surface.update(Z, np.frombuffer(arguments[1], dtype=float), self._complete)
+        for result, jets in zip(results, self._surface.jets, strict=True):
+            if result is not None:
+                np.frombuffer(result, dtype=float)[:] = jets.ravel(order="F")
+        return 0
+
+
+@dataclass(frozen=True)
+class Functions:
+    """f, ∇f, g, J and H of a nonlinear program, functions of (x, p) and, for H, (λ_f, λ_g).
+
+    `gradient` returns (f, ∇f), `jacobian` (g, J), `hessian` the upper triangle.
+    """
+
+    objective: ca.Function
+    gradient: ca.Function
+    rows: ca.Function
+    jacobian: ca.Function
+    hessian: ca.Function
+
+
+@dataclass(frozen=True)
+class Oracle(Functions):
+    """The functions of a nonlinear program over a surface."""
+
+    nlp: Nlp
+    surface: Surface
+    terms: ca.Function
+    callbacks: tuple[ca.Callback, ...]
+    """CasADi holds no reference to them."""
+
+    def values(self, x: Array, p: Array) -> Array:
+        """g (ng,) at x (nx,) and p."""
+        return np.array(self.rows(x, p)).ravel()
+
+
+def join(nlp: Nlp, gpis: Gpis, compiled: bool = True) -> Oracle:
+    """The oracle of an `Nlp` over a fitted surface, its jets in C if `compiled` and there is a compiler."""
+    surface = Surface(gpis, nlp.layout, nlp.jets, compiled)
+    values, jets = SurfaceJets(surface, complete=False), SurfaceJets(surface, complete=True)
+    x, p = ca.MX.sym("x", len(nlp.units)), ca.MX.sym("p", sum(nlp.parameters.sizes.values()))
+    lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", sum(nlp.row_sizes))
+
+    def compose(function: ca.Function, step: SurfaceJets, more: list[ca.MX], outputs: list[str]) -> ca.Function:
+        results = function(x, p, *step(*nlp.points(x, p)), *more)
+        results = list(results) if isinstance(results, tuple | list) else [results]
+        names = ["x", "p", *(symbol.name() for symbol in more)]
+        return ca.Function(function.name(), [x, p, *more], results, names, outputs)
+
+    return Oracle(
+        nlp=nlp,
+        surface=surface,
+        objective=compose(nlp.objective, values, [], ["f"]),
+        gradient=compose(nlp.gradient, jets, [], ["f", "grad_f_x"]),
+        rows=compose(nlp.rows, values, [], ["g"]),
+        jacobian=compose(nlp.jacobian, jets, [], ["g", "jac_g_x"]),
+        hessian=compose(nlp.hessian, jets, [lam_f, lam_g], ["triu_hess_gamma_x_x"]),
+        terms=compose(nlp.terms, values, [], ["terms"]),
+        callbacks=(values, jets),
+    )

@@ -1,0 +1,21 @@
+"""The stiffness term: not in the paper, without which its energy is not well posed."""
+
+from typing import Any
+
+from sgnlp.program.grasp import Grasp
+from sgnlp.program.ops import Ops
+from sgnlp.program.terms.term import Term
+
+UNIT = 0.01
+"""Stiffness at which the term is 0 [N m]; a choice of units."""
+
+
+class Stability(Term):
+    """E_stab = -log(ρ/UNIT), ρ the rotational stiffness of the equilibrium."""
+
+    name = weight = "stability"
+    metric = "spring"
+
+    def value(self, g: Grasp, op: Ops) -> Any:
+        """Falls as the equilibrium stiffens."""
+        return -op.sum(op.log(g.stiffness / UNIT))

@@ -1,0 +1,52 @@
+"""Terms that shape the plan: soft springs, relaxed fingers, little or desired motion of the object."""
+
+from typing import Any
+
+from sgnlp.program.grasp import Grasp
+from sgnlp.program.ops import Ops
+from sgnlp.program.terms.term import Term
+
+
+class Gains(Term):
+    """E_gain = Σ k_i. Printed Σ k_i²; with w = 0.5 that would drown every other term (22 400 at the start)."""
+
+    name = weight = "gain"
+    metric = "spring"
+
+    def value(self, g: Grasp, op: Ops) -> Any:
+        """In N/m."""
+        return op.sum(g.gains)
+
+
+class Joints(Term):
+    """First half of E_reg: |q_ref - q|² over the joints."""
+
+    name = "reg_joints"
+    weight = "reg"
+
+    def value(self, g: Grasp, op: Ops) -> Any:
+        """In rad²."""
+        return op.square(g.joints - g.reference)
+
+
+class Motion(Term):
+    """Second half of E_reg: Σ |p_i - p_i(eq)|². Replaced by E_pose where that has a weight."""
+
+    name = "reg_motion"
+    weight = "reg"
+    metric = "spring"
+
+    def value(self, g: Grasp, op: Ops) -> Any:
+        """In m²."""
+        return op.square(g.contacts - g.contacts_eq)
+
+
+class Pose(Term):
+    """E_pose = Σ |p_i(des) - p_i(eq)|: the object is to move so, for instance to rise by 1 cm."""
+
+    name = weight = "pose"
+    metric = "spring"
+
+    def value(self, g: Grasp, op: Ops) -> Any:
+        """In metres."""
+        return op.sum(op.abs(op.norm(g.contacts_desired - g.contacts_eq)))

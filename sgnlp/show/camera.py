@@ -1,0 +1,100 @@
+"""Where the camera of a view stands, and where labels are beside what it sees.
+
+A camera is three rows: right, up and towards the viewer. It looks at the middle of a ball around hand and object from a
+distance at which the ball fills `FILL` of the view; with the labels' rows below it, all is in the view.
+"""
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.show.scene_parts import HAND, SURFACE, TABLE, Scene, Shape
+
+Array = NDArray[np.float64]
+
+AZIMUTH, ELEVATION = -55.0, 22.0
+"""From where a view is seen at first [deg]: three quarters from the front, from above."""
+FIELD = 45.0
+"""Angle that a view spans from bottom to top [deg]; Plotly's camera has no other."""
+FILL = 0.85
+"""Share of the view's shorter side that the ball around hand and object fills."""
+ROWS, GAP, ROW = 2, 0.07, 0.065
+"""Rows of labels, how far the first is below hand and object, and from row to row, over the height of these."""
+LIFT = 0.003
+"""Labels of a view in space stand at least this far above the table [m]."""
+
+
+def axes_of_view(azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> Array:
+    """Rows right, up and towards the viewer (3, 3) of a camera at these angles [deg]."""
+    a, e = np.radians(azimuth), np.radians(elevation)
+    towards = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    right = np.array([-np.sin(a), np.cos(a), 0.0])
+    return np.stack([right, np.cross(towards, right), towards])
+
+
+def placed(scene: Scene, rank: int, stage: int) -> list[Shape]:
+    """The shapes of a grasp's stage in the world."""
+    view = scene.views[rank]
+    at = view.stages[stage]
+    shapes = [_moved(link, T[:3, :3], T[:3, 3]) for link, T in zip(scene.links, view.links, strict=True)]
+    for shape in (*scene.shapes, *view.shapes, *at.shapes):
+        shapes.append(_moved(shape, at.rotation, at.translation) if shape.moves else shape)
+    return shapes
+
+
+def _moved(shape: Shape, rotation: Array, translation: Array) -> Shape:
+    return replace(shape, vertices=shape.vertices @ rotation.T + translation)
+
+
+def seen(shapes: Iterable[Shape]) -> Array:
+    """The vertices (N, 3) of hand and object, without the table; of all shapes where there are neither."""
+    shapes = list(shapes)
+    chosen = [s.vertices for s in shapes if s.layer in (HAND, SURFACE)] or [
+        s.vertices for s in shapes if s.layer != TABLE
+    ]
+    return np.concatenate(chosen)
+
+
+def ball(points: Array) -> tuple[Array, float]:
+    """Centre (3,) and radius [m] of a ball around points (N, 3): about the middle of their box."""
+    centre = (points.min(axis=0) + points.max(axis=0)) / 2
+    return centre, float(np.linalg.norm(points - centre, axis=1).max())
+
+
+def distance(radius: float, aspect: float = 1.0) -> float:
+    """From where a ball of this radius [m] fills `FILL` of the shorter side of a view, width over height `aspect`.
+
+    The ball is seen at a half angle a, sin a = radius / distance, and tan a = FILL min(1, aspect) tan(FIELD / 2).
+    """
+    half = np.arctan(FILL * min(1.0, aspect) * np.tan(np.radians(FIELD) / 2))
+    return radius / float(np.sin(half))
+
+
+def projected(points: Array, centre: Array, camera: Array, away: float = np.inf) -> Array:
+    """Points (N, 3) on the plane (N, 2) through the centre, across the view; from infinity in parallel."""
+    right, up, towards = ((points - centre) @ camera.T).T
+    return np.stack([right, up], axis=1) / (1 - towards / away)[:, None]
+
+
+def beside(shown: Array, places: Array) -> Array:
+    """Where labels of places (m, 2) stand: in rows below everything shown (N, 2), from left to right as their places.
+
+    What is returned, (m, 2), is the middle of the upper edge of each.
+    """
+    low, high = shown.min(axis=0), shown.max(axis=0)
+    count, height = len(places), float((high - low).max())
+    found = np.zeros((count, 2))
+    for column, i in enumerate(np.argsort(places[:, 0], kind="stable")):
+        found[i, 0] = low[0] + (column + 0.5) / count * (high[0] - low[0])
+        found[i, 1] = low[1] - height * (GAP + ROW * (column % ROWS))
+    return found
+
+
+def in_space(flat: Array, centre: Array, camera: Array, away: float, height: float) -> Array:
+    """Points (m, 3) that are seen at `flat` (m, 2), on the plane through the centre or nearer, above the table."""
+    eye = centre + away * camera[2]
+    points = centre + flat @ camera[:2]
+    share = np.clip((height + LIFT - points[:, 2]) / (eye[2] - points[:, 2]), 0.0, 1.0)
+    return points + share[:, None] * (eye - points)

@@ -1,0 +1,248 @@
+"""What a report says, for any page that it is put on: sections of sentences, tables and pictures."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.planning.approach import approaches
+from sgnlp.planning.cautions import cautions, remarks
+from sgnlp.planning.cautions.plans import alike
+from sgnlp.planning.reopen import Reopened
+from sgnlp.show import plots, png
+from sgnlp.show.plots import Panel
+from sgnlp.show.report import figures
+from sgnlp.show.scene import scene
+from sgnlp.show.scene_parts import Scene
+from sgnlp.show.sheets import Sheet, energy, fingers, joints, wrist
+
+SHOWN = 3
+"""Grasps that have a picture, best first; what is the same as a better one is passed over."""
+
+PICTURE_WIDTH, PANEL_WIDTH = 26, 15
+"""Of a view and of a panel on a page, at least, if there is room [rem]."""
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A picture as files by suffix, `png` and perhaps `svg`, with what it shows.
+
+    Where it has `cells`, a page may show these in its place, beside or below each other as there is room; each should
+    get `cell_width`.
+    """
+
+    name: str
+    caption: str
+    files: Mapping[str, bytes]
+    cells: tuple[Mapping[str, bytes], ...] = ()
+    cell_width: int = PICTURE_WIDTH  # [rem]
+
+
+@dataclass(frozen=True)
+class Section:
+    """Sentences, then code, tables and pictures."""
+
+    title: str
+    sentences: tuple[str, ...] = ()
+    code: str = ""
+    sheets: tuple[Sheet, ...] = ()
+    figures: tuple[Figure, ...] = ()
+
+
+@dataclass(frozen=True)
+class Dossier:
+    """A whole report."""
+
+    title: str
+    lead: str
+    sections: tuple[Section, ...]
+
+
+def dossier(
+    result: Reopened,
+    summary: Mapping[str, Any],
+    courses: Mapping[str, NDArray[Any]],
+    command: str,
+    simulated: Section | None = None,
+) -> Dossier:
+    """The report of a result of at least one grasp.
+
+    Args:
+        result: the grasps, and their problem where its cloud is still there.
+        summary: of the same plan, as `summary.json` has it.
+        courses: how its starts went, as `courses.npz` has it; empty if that is not known.
+        command: that makes the result again.
+        simulated: what a simulation of it gave.
+
+    Raises:
+        InputError: Matplotlib or scikit-image is not installed.
+    """
+    said = [*remarks(result), *cautions(result)] or ["None: nothing that is looked at gives a reason for one."]
+    sections = [
+        Section("Cautions", tuple(said)),
+        best(result),
+        poses(result),
+        Section("Starts, best first", sheets=(starts(result, summary),)),
+        numbers(result, summary),
+        *([paths(result)] if result.problem is not None else []),
+        *([convergence(courses)] if courses else []),
+        *([simulated] if simulated else []),
+        assumptions(result, summary),
+        again(summary, command),
+    ]
+    return Dossier(f"Grasps of {summary['object']}", lead(summary), tuple(sections))
+
+
+def lead(summary: Mapping[str, Any]) -> str:
+    """How it ended, in a line."""
+    first = summary["starts_table"][0]
+    found = f"{summary['feasible']} of {summary['starts']} starts feasible with {summary['hand']}"
+    kind = "best" if first["feasible"] else "least bad"
+    return f"{found}; the {kind} is start {first['start']}, worst margin {first['worst_margin']:.3f}."
+
+
+def best(result: Reopened) -> Section:
+    """Pictures of the first grasps that are not the same, and the fingers of the first."""
+    g = result.grasps
+    points = result.cloud.points if result.cloud is not None else np.zeros((0, 3))
+    shown = scene(g, result.hand, result.problem, points)
+    said = (
+        "At first contact, from three sides: the hand at the pregrasp, the measured points, the fitted surface "
+        "coloured by its deviation, and for each finger, in its colour, the contact with its normal and friction cone "
+        "and the spring from the pad to its target."
+    )
+    return Section(
+        "The best grasps",
+        (said,),
+        sheets=(fingers(g, 0),),
+        figures=tuple(_pictured(shown, rank, result) for rank in distinct(result)),
+    )
+
+
+def distinct(result: Reopened) -> list[int]:
+    """Ranks of the grasps that are shown: the first that are not the same."""
+    return list(dict.fromkeys(alike(result.grasps.contacts)))[:SHOWN]
+
+
+def _pictured(shown: Scene, rank: int, result: Reopened) -> Figure:
+    picture = png.cells(shown, rank)
+    caption = _titled(shown.views[rank].title, rank, result)
+    views = tuple({"png": cell} for cell in picture.cells)
+    return Figure(f"grasp-{rank}", caption, {"png": png.joined(picture)}, views)
+
+
+def poses(result: Reopened) -> Section:
+    """Wrist and joints of the grasps that are shown: what a robot is sent to."""
+    g, hand = result.grasps, result.hand
+    said = (
+        "Of the pregrasps above. Quaternions are x y z w; roll, pitch and yaw turn about the world's x, then y, then "
+        "z, R = Rz(yaw) Ry(pitch) Rx(roll). Joints are in the order of joint_names in grasps.npz."
+    )
+    pairs = [(wrist(g, rank, hand), joints(g, rank, hand)) for rank in distinct(result)]
+    return Section("Wrist and joints", (said,), sheets=tuple(sheet for pair in pairs for sheet in pair))
+
+
+def _titled(title: str, rank: int, result: Reopened) -> str:
+    firsts = alike(result.grasps.contacts)
+    others = [str(result.grasps.start[r]) for r, first in enumerate(firsts) if first == rank and r != rank]
+    return f"Grasp {title}" + (f"; the same from starts {', '.join(others)}" if others else "")
+
+
+def starts(result: Reopened, summary: Mapping[str, Any]) -> Sheet:
+    """A row for each start."""
+    heads = ("start", "feasible", "energy", "margin", "ρ [N m]", "KKT", "iterations", "time [s]", "same as", "violated")
+    rows = [heads]
+    firsts = alike(result.grasps.contacts)
+    for s in summary["starts_table"]:
+        if "failure" in s:
+            rows.append((str(s["start"]), "no", *[""] * 7, s["failure"]))
+            continue
+        first = firsts[s["rank"]]
+        same = "" if first == s["rank"] else f"start {result.grasps.start[first]}"
+        numbers = (f"{s['energy']:.1f}", f"{s['worst_margin']:.3f}", f"{s['stiffness']:.3f}", f"{_worst(s['kkt']):.0e}")
+        ended = (str(s["iterations"]), f"{s['seconds']:.2f}", same, "; ".join(s["violated"]))
+        rows.append((str(s["start"]), "yes" if s["feasible"] else "no", *numbers, *ended))
+    return Sheet("", tuple(rows))
+
+
+def _worst(kkt: Mapping[str, Any]) -> float:
+    """The largest residual; what JSON could not hold, null, was no number."""
+    residuals = (kkt[name] for name in ("dual", "primal", "complementarity"))
+    return max(float("nan") if value is None else value for value in residuals)
+
+
+def numbers(result: Reopened, summary: Mapping[str, Any]) -> Section:
+    """Energy and checks of the best grasp, every one recomputed without smoothing."""
+    said = "Recomputed from the solver's variables, without any smoothing."
+    found = summary["best"]
+    if found is None:
+        return Section("Energy of the least bad", (said,), sheets=(energy(result.grasps, 0, result.problem),))
+    terms = [("term", "value", "weight", "share")]
+    for name, term in found["energy_terms"].items():
+        terms.append((name, f"{term['value']:.4g}", f"{term['weight']:g}", f"{term['share']:.2f}"))
+    terms.append(("total", "", "", f"{found['energy']:.2f}"))
+    checks = [("check", "value", "at least", "passed")]
+    for name, check in found["checks"].items():
+        value, least = (f"{check[key]:.3g} {check['unit']}".strip() for key in ("value", "least"))
+        checks.append((name, value, least, "yes" if check["passed"] else "no"))
+    both = (Sheet("Energy, term by term", tuple(terms)), Sheet("Margins and checks", tuple(checks)))
+    return Section("Energy and checks of the best", (said,), sheets=both)
+
+
+def paths(result: Reopened) -> Section:
+    """Density of contact along each finger's path of the best grasp."""
+    assert result.problem is not None
+    g = result.grasps
+    found = approaches(result.problem, g.wrist[0], g.joints[0], g.targets[0], g.gains[0])
+    share = result.problem.settings.contact.density == "share"
+    panels = figures.approach(found, ", share" if share else " [1/m]")
+    caption = (
+        "Above, how likely the surface is met along each finger's path from its pregrasp tip to its target, "
+        f"{'over the sum of the samples' if share else 'in 1/m'}; below, the pad's mean distance to the surface with "
+        "its deviation σ. The dotted line is the planned contact: a good path has one narrow peak there."
+    )
+    columns = [panels[i :: len(found)] for i in range(len(found))]
+    return Section("Where the fingers meet the surface", figures=(_plotted("approach", caption, panels, columns),))
+
+
+def convergence(courses: Mapping[str, NDArray[Any]]) -> Section:
+    """Energy and violation of every start over its iterations."""
+    caption = (
+        "Smoothed energy and largest violation of a scaled constraint over the iterations of each start. The energy of "
+        "a formulation is that of the terms it has: what the constrained one demands, it does not count."
+    )
+    panels = figures.convergence(courses)
+    columns = [panels[i::2] for i in range(2)]
+    return Section("Convergence", figures=(_plotted("convergence", caption, panels, columns),))
+
+
+def _plotted(name: str, caption: str, panels: list[Panel], columns: list[list[Panel]]) -> Figure:
+    """Panels as one figure of so many columns, and each column alone."""
+    cells = tuple(plots.draw(column, caption, columns=1) for column in columns)
+    return Figure(name, caption, plots.draw(panels, caption, columns=len(columns)), cells, PANEL_WIDTH)
+
+
+def assumptions(result: Reopened, summary: Mapping[str, Any]) -> Section:
+    """What was taken for granted about the input."""
+    contact, cloud = summary["settings"]["contact"], result.cloud
+    rows = [("assumed", ""), ("table height", f"{summary['table_height']:.4f} m")]
+    if cloud is not None:
+        rows.append(("points", str(len(cloud.points))))
+        rows.append(("views", f"{len(cloud.view_names)}: {', '.join(cloud.view_names)}"))
+        rows.append(("positions of the cameras", "known" if cloud.camera_positions is not None else "unknown"))
+    mass = f"{contact['mass']:g} kg, at the middle of the cloud's box" if contact["mass"] else "none: without gravity"
+    rows += [("friction", f"{contact['friction']:g}"), ("mass", mass)]
+    rows.append(("fingertips", "spheres that touch" if contact["pad"] else "their centres touch"))
+    notes = tuple(summary["notes"]) or ("Nothing was dropped from the cloud.",)
+    return Section("What was assumed about the input", notes, sheets=(Sheet("", tuple(rows)),))
+
+
+def again(summary: Mapping[str, Any], command: str) -> Section:
+    """The command with all that the result depends on beside it."""
+    rows = [("", ""), *((name, str(version)) for name, version in summary["versions"].items())]
+    rows += [(name, str(summary[name])) for name in ("kinematics", "surface", "seed", "input_digest")]
+    rows += [(name, str(value)) for name, value in summary["machine"].items()]
+    rows += [(f"seconds: {name}" if name != "jobs" else name, f"{s:.3g}") for name, s in summary["seconds"].items()]
+    return Section("Make it again", code=command, sheets=(Sheet("Versions and machine", tuple(rows)),))

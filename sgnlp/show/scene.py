@@ -1,0 +1,125 @@
+"""Planned grasps as a scene: what a view shows of each, and the stages of the grasping motion.
+
+The object's motion has stages: the pregrasp, the first contact, and steps to the equilibrium. With p̄ the middle of the
+contacts, it turns by exp(s log R) about p̄ while p̄ moves by s (R p̄ + t - p̄), s from 0 to 1. The hand stays at the
+pregrasp.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from sgnlp.base import palette
+from sgnlp.base.errors import InputError
+from sgnlp.hand.hand import Hand
+from sgnlp.hand.meshes import link_meshes, link_poses, mesh_links
+from sgnlp.planning.grasps import Grasps
+from sgnlp.planning.problem import Problem
+from sgnlp.show import sheets
+from sgnlp.show.scene_parts import CLOUD, CONTACTS, HAND, NORMALS, SPRINGS, Label, Scene, Shape, Stage, View
+from sgnlp.show.scene_shapes import ARROW, axes, coil, cone, segments, solid, spheres, surface, table
+
+Array = NDArray[np.float64]
+
+HAND_OPACITY = 0.35
+"""Object, contacts and springs are seen through the hand, the pads' colours on it."""
+DOT, TARGET = 0.003, 0.004
+"""Radius of a contact and of a target [m]."""
+GAIN_WIDTH = 60.0
+"""Gain of a spring that is drawn one pixel wide [N/m]."""
+STEPS = 5
+"""Stages from first contact to equilibrium."""
+
+
+def scene(grasps: Grasps, hand: Hand, problem: Problem | None, points: Array, notes: Sequence[str] = ()) -> Scene:
+    """The scene of grasps; without the `problem`, whose surface it shows, and with no points, of the grasps alone.
+
+    Raises:
+        InputError: there is no grasp to be shown, or scikit-image, which finds the surface, is not installed.
+    """
+    if not len(grasps):
+        raise InputError("the result has no grasps to show")
+    meta = grasps.meta
+    height = float(meta["table_height"])
+    shapes = [table(grasps.contacts[0].mean(axis=0), height)]
+    if len(points):
+        shapes.append(Shape(CLOUD, points, np.arange(len(points))[:, None], palette.INK, width=1.0, moves=True))
+    if problem is not None:
+        shapes.append(surface(problem.gpis, problem.box))
+    views = tuple(view(grasps, rank, hand, problem) for rank in range(len(grasps)))
+    names = tuple(finger.name for finger in hand.fingers)
+    return Scene(str(meta["object"]), links(hand), tuple(shapes), views, tuple(notes), fingers=names)
+
+
+def links(hand: Hand, opacity: float = HAND_OPACITY) -> tuple[Shape, ...]:
+    """The links' meshes in their own frames, dark ones lightened; what a pad is on has the colour of its finger.
+
+    Raises:
+        InputError: a mesh of the URDF is not there, or is none.
+    """
+    colours = {finger.frame: palette.finger(i) for i, finger in enumerate(hand.fingers)}
+    meshes = zip(*link_meshes(hand), mesh_links(hand), strict=True)
+    return tuple(
+        Shape(HAND, mesh.vertices, mesh.faces, colours.get(link, palette.lightened(colour)), opacity=opacity)
+        for mesh, colour, link in meshes
+    )
+
+
+def view(grasps: Grasps, rank: int, hand: Hand, problem: Problem | None) -> View:
+    """What belongs to one grasp."""
+    g = {name: getattr(grasps, name)[rank] for name in ("wrist", "joints", "contact_points", "normals", "targets")}
+    friction = float(grasps.meta["settings"]["contact"]["friction"])
+    shapes = []
+    for i, (p, n, o) in enumerate(zip(g["contact_points"], g["normals"], g["targets"], strict=True)):
+        colour = palette.finger(i)
+        shapes.append(solid(CONTACTS, p, DOT, colour, moves=True))
+        shapes.append(solid(SPRINGS, o, TARGET, colour, "cube"))
+        shapes.append(segments(NORMALS, np.stack([p, p + ARROW * n]), colour, 4.0, moves=True))
+        shapes.append(cone(p, n, friction, colour))
+    shapes += spheres(hand, g["wrist"], g["joints"])
+    tips = grasps.tips_pregrasp[rank]
+    height, middle = float(grasps.meta["table_height"]), grasps.contacts[0].mean(axis=0)
+    lines, letters = axes(tips, middle, height)
+    labels = [
+        Label(f"{name} {k:.0f} N/m", (float(a[0]), float(a[1]), float(a[2])), palette.finger(i))
+        for i, (name, k, a) in enumerate(zip(grasps.finger_names, grasps.gains[rank], tips, strict=True))
+    ]
+    feasible = "feasible" if grasps.feasible[rank] else f"not feasible: {grasps.violated[rank]}"
+    return View(
+        title=f"{rank}: start {grasps.start[rank]}, {feasible}",
+        links=link_poses(hand, g["wrist"], g["joints"]),
+        shapes=(*shapes, *lines),
+        stages=stages(grasps, rank),
+        labels=(*labels, *letters),
+        sheets=(
+            sheets.fingers(grasps, rank),
+            sheets.energy(grasps, rank, problem),
+            sheets.wrist(grasps, rank, hand),
+            sheets.joints(grasps, rank, hand),
+        ),
+    )
+
+
+def stages(grasps: Grasps, rank: int) -> tuple[Stage, ...]:
+    """Pregrasp, first contact, and `STEPS` steps to the equilibrium, with the springs of each."""
+    p, R, t = grasps.contacts[rank], grasps.rotation_eq[rank], grasps.translation_eq[rank]
+    middle, turn = p.mean(axis=0), Rotation.from_matrix(R).as_rotvec()
+    shift = R @ middle + t - middle
+    still = np.eye(3), np.zeros(3)
+    made = [_stage("pregrasp", *still, grasps, rank, grasps.tips_pregrasp[rank])]
+    for s in np.linspace(0, 1, STEPS + 1):
+        rotation = Rotation.from_rotvec(s * turn).as_matrix()
+        translation = middle + s * shift - rotation @ middle
+        name = {0.0: "first contact", 1.0: "equilibrium"}.get(s, f"{s:.0%} of the way to the equilibrium")
+        made.append(_stage(name, rotation, translation, grasps, rank, p @ rotation.T + translation))
+    return tuple(made)
+
+
+def _stage(name: str, rotation: Array, translation: Array, grasps: Grasps, rank: int, tips: Array) -> Stage:
+    shapes = []
+    for i, (tip, target, gain) in enumerate(zip(tips, grasps.targets[rank], grasps.gains[rank], strict=True)):
+        shapes.append(segments(SPRINGS, coil(tip, target), palette.finger(i), float(gain) / GAIN_WIDTH))
+        shapes.append(solid(SPRINGS, tip, DOT, palette.finger(i), "diamond"))
+    return Stage(name, rotation, translation, tuple(shapes))

@@ -1,0 +1,125 @@
+"""What a view is made of, for any backend that draws it: shapes, labels, stages, and the legend of their symbols."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.base import palette
+from sgnlp.base.palette import Colour
+from sgnlp.show.sheets import Sheet
+
+Array = NDArray[np.float64]
+
+HAND, SURFACE, CLOUD, TABLE, AXES, FRAMES = "hand", "surface", "cloud", "table", "axes", "frame axes"
+CONTACTS, NORMALS, CONES, SPRINGS, SPHERES = "contacts", "normals", "friction cones", "springs", "collision spheres"
+LAYERS = (HAND, SURFACE, CLOUD, CONTACTS, NORMALS, CONES, SPRINGS, SPHERES, FRAMES, TABLE, AXES)
+"""What can be switched on and off."""
+AXIS = 0.05
+"""Length of the axes that are drawn [m]."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A line of the legend: a glyph in a colour, and what it stands for; `graded` is coloured by its values."""
+
+    layer: str
+    glyph: str
+    colour: Colour
+    text: str
+    graded: bool = False
+
+
+BALL, CUBE, DIAMOND, PATCH, LINE, FAN, COIL, POINT = "●■◆▬━▲≈·"
+LEGEND = (
+    Entry(HAND, PATCH, palette.STONE, "hand at the pregrasp, its pads in the fingers' colours"),
+    Entry(CLOUD, POINT, palette.INK, "measured points"),
+    Entry(SURFACE, PATCH, palette.SKY, "fitted surface, coloured by its deviation ± σ [mm]", graded=True),
+    Entry(CONTACTS, BALL, palette.GREY, "contact on the surface"),
+    Entry(NORMALS, LINE, palette.GREY, "outward normal at the contact"),
+    Entry(CONES, FAN, palette.GREY, "friction cone of the force on the object"),
+    Entry(SPRINGS, COIL, palette.GREY, "spring, from the pad's centre to its target"),
+    Entry(SPRINGS, DIAMOND, palette.GREY, "pad's centre at the stage that is shown"),
+    Entry(SPRINGS, CUBE, palette.GREY, "target of the spring"),
+    Entry(SPHERES, BALL, palette.STONE, "collision sphere"),
+    *(Entry(FRAMES, LINE, colour, f"{axis} of the root link and of the tips") for axis, colour in palette.AXES.items()),
+    Entry(TABLE, PATCH, palette.PALE, "table"),
+    Entry(AXES, LINE, palette.INK, f"directions of the world frame, {100 * AXIS:.0f} cm long"),
+)
+"""Every symbol that a view may have; where it is grey, it has the colour of its finger."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """Vertices joined to triangles (F, 3), segments (E, 2) or points (P, 1); `values` (U,) [mm] are for colours."""
+
+    layer: str
+    vertices: Array  # (U, 3) [m]
+    cells: NDArray[np.int64]
+    colour: Colour
+    opacity: float = 1.0
+    width: float = 2.0  # of a segment or point [pixel]
+    values: Array | None = None
+    moves: bool = False  # with the object
+
+
+@dataclass(frozen=True)
+class Label:
+    """A text that belongs to a place (3,) [m]; who draws it puts it beside all geometry, with a line to its place."""
+
+    text: str
+    place: tuple[float, float, float]
+    colour: Colour = palette.INK
+    here: bool = False
+    """Whether it stands at its place itself."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """A state of the grasping motion: what moves with the object is at R x + t."""
+
+    name: str
+    rotation: Array  # (3, 3)
+    translation: Array  # (3,) [m]
+    shapes: tuple[Shape, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """One grasp: poses (L, 4, 4) of the hand's links, what belongs to it alone, its stages and its numbers."""
+
+    title: str
+    links: Array
+    shapes: tuple[Shape, ...]
+    stages: tuple[Stage, ...]
+    labels: tuple[Label, ...]
+    sheets: tuple[Sheet, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Everything to be seen: links in their own frames, what all grasps share, and the grasps, best first."""
+
+    name: str
+    links: tuple[Shape, ...]
+    shapes: tuple[Shape, ...]
+    views: tuple[View, ...]
+    notes: tuple[str, ...]
+    hidden: tuple[str, ...] = (SPHERES,)
+    """Layers that are off at first, and in no picture."""
+    kind: str = "Grasp"
+    """What a view shows."""
+    fingers: tuple[str, ...] = ()
+    """Names of the fingers, for the legend of their colours."""
+
+    @property
+    def layers(self) -> tuple[str, ...]:
+        """The layers that have a shape in any view, in the order of `LAYERS`."""
+        own = [view.shapes + sum((stage.shapes for stage in view.stages), ()) for view in self.views]
+        found = {shape.layer for shapes in (self.links, self.shapes, *own) for shape in shapes}
+        return tuple(layer for layer in LAYERS if layer in found)
+
+    @property
+    def legend(self) -> tuple[Entry, ...]:
+        """The lines of the legend that the scene has symbols of."""
+        return tuple(entry for entry in LEGEND if entry.layer in self.layers)

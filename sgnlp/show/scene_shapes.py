@@ -1,0 +1,151 @@
+"""The shapes of a view: surface, table, contacts, cones, springs, collision spheres, axes."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.base import palette
+from sgnlp.base.errors import InputError
+from sgnlp.base.palette import Colour
+from sgnlp.hand.hand import Hand
+from sgnlp.hand.kinematics import frames
+from sgnlp.perception.synthetic import meshes
+from sgnlp.show.scene_parts import AXES, AXIS, CONES, SPHERES, SURFACE, TABLE, Label, Shape
+from sgnlp.surface.gpis import Gpis
+
+Array = NDArray[np.float64]
+
+SURFACE_OPACITY = 0.45
+"""Springs and targets are seen through the surface."""
+GRID, MARGIN = 40, 0.015
+"""Cells along the longest side of the surface's grid, and what it reaches beyond the points [m]."""
+SHOWN_SHARE = 0.95
+"""Share of the deviations that the colours span: where the gradient vanishes, σ/|∇μ| has no bound."""
+CHUNK = 2048
+"""Query points of the surface at a time."""
+TABLE_HALF, TABLE_CELLS = 0.18, 18
+"""Half edge of the table that is drawn [m], and its squares along an edge."""
+ARROW = 0.03
+"""Length of a normal and cone [m]."""
+COIL_TURNS, COIL_POINTS, COIL_RADIUS = 9, 12, 0.004
+"""Turns of a spring, points of a turn, radius [m]."""
+AXIS_WIDTH, AXIS_GAP, AXIS_LIFT = 4.0, 0.008, 0.002
+"""Width of an axis [pixel], how far its letter stands beyond its end, and it above the table [m]."""
+SOLIDS = {
+    "ball": meshes.unit_sphere(80),
+    "cube": meshes.box([1.6, 1.6, 1.6]),
+    "diamond": meshes.hull(1.4 * np.vstack([np.eye(3), -np.eye(3)])),
+}
+"""Bodies of about the size of the unit ball, told apart by their outlines."""
+
+
+def surface(gpis: Gpis, box: Array) -> Shape:
+    """The posterior's zero level set around a box (2, 3) [m], with the deviation σ/|∇μ| [mm] of its vertices."""
+    try:
+        from skimage.measure import marching_cubes
+    except ImportError:
+        raise InputError("the surface is found by scikit-image: pip install 'sgnlp[view]'") from None
+    low, high = box[0] - MARGIN, box[1] + MARGIN
+    step = float((high - low).max()) / GRID
+    axes = [np.arange(a, b + step, step) for a, b in zip(low, high, strict=True)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    mean = _chunked(gpis.mean, grid.reshape(-1, 3)).reshape(grid.shape[:3])
+    if not mean.min() < 0 < mean.max():
+        raise InputError("the surface model has no surface near the points")
+    vertices, faces, _, _ = marching_cubes(mean, 0.0, spacing=(step,) * 3, gradient_direction="descent")
+    vertices = vertices + low
+    deviation = 1e3 * _chunked(gpis.distance_deviation, vertices)
+    return Shape(
+        SURFACE,
+        vertices,
+        np.asarray(faces, int),
+        palette.SKY,
+        opacity=SURFACE_OPACITY,
+        values=np.minimum(deviation, np.quantile(deviation, SHOWN_SHARE)),
+        moves=True,
+    )
+
+
+def _chunked(function: Callable[[Array], Array], points: Array) -> Array:
+    """A function of points (Q, 3), evaluated a chunk at a time: it holds (Q, N) arrays."""
+    parts = [points[i : i + CHUNK] for i in range(0, len(points), CHUNK)]
+    return np.concatenate([function(part) for part in parts])
+
+
+def table(middle: Array, height: float) -> Shape:
+    """A square of the table's plane below a point (3,) [m]."""
+    line = np.linspace(-TABLE_HALF, TABLE_HALF, TABLE_CELLS + 1)
+    x, y = np.meshgrid(line + middle[0], line + middle[1], indexing="ij")
+    vertices = np.stack([x, y, np.full_like(x, height)], axis=-1).reshape(-1, 3)
+    n = TABLE_CELLS + 1
+    corner = (np.arange(TABLE_CELLS)[:, None] * n + np.arange(TABLE_CELLS)).reshape(-1, 1)
+    faces = np.concatenate([corner + np.array(square) for square in ([0, n, n + 1], [0, n + 1, 1])])
+    return Shape(TABLE, vertices, faces, palette.PALE)
+
+
+def coil(start: Array, end: Array) -> Array:
+    """A helix (P, 3) [m] from point to point (3,)."""
+    s = np.linspace(0, 1, COIL_TURNS * COIL_POINTS + 1)[:, None]
+    angle = 2 * np.pi * COIL_TURNS * s
+    across, up = _across(end - start)
+    radius = COIL_RADIUS * np.minimum(1, 10 * np.minimum(s, 1 - s))
+    return start + s * (end - start) + radius * (np.cos(angle) * across + np.sin(angle) * up)
+
+
+def cone(apex: Array, normal: Array, friction: float, colour: Colour) -> Shape:
+    """The cone of forces on the object at a contact, drawn outside, whence they come: half angle atan μ."""
+    across, up = _across(normal)
+    angle = np.linspace(0, 2 * np.pi, 24, endpoint=False)[:, None]
+    rim = apex + ARROW * (normal + friction * (np.cos(angle) * across + np.sin(angle) * up)) / np.hypot(1, friction)
+    i = np.arange(24)
+    faces = np.stack([np.zeros(24, int), 1 + i, 1 + (i + 1) % 24], axis=1)
+    return Shape(CONES, np.vstack([apex, rim]), faces, colour, opacity=0.3, moves=True)
+
+
+def spheres(hand: Hand, wrist: Array, joints: Array, opacity: float = 0.35) -> list[Shape]:
+    """The collision spheres at a pose of the hand."""
+    centres = frames(hand, wrist, joints)[1]
+    pairs = zip(centres, hand.spheres, strict=True)
+    return [solid(SPHERES, centre, sphere.radius, palette.STONE, opacity=opacity) for centre, sphere in pairs]
+
+
+def _across(direction: Array) -> tuple[Array, Array]:
+    """Two unit vectors across a direction (3,) and each other."""
+    axis = direction / max(float(np.linalg.norm(direction)), np.finfo(float).tiny)
+    first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+    first /= np.linalg.norm(first)
+    return first, np.cross(axis, first)
+
+
+def segments(layer: str, path: Array, colour: Colour, width: float, moves: bool = False) -> Shape:
+    """A path (P, 3) [m] as segments."""
+    i = np.arange(len(path) - 1)
+    return Shape(layer, path, np.stack([i, i + 1], axis=1), colour, width=width, moves=moves)
+
+
+def solid(
+    layer: str,
+    centre: Array,
+    radius: float,
+    colour: Colour,
+    kind: str = "ball",
+    opacity: float = 1.0,
+    moves: bool = False,
+) -> Shape:
+    """One of `SOLIDS` about a centre (3,) [m]."""
+    body = SOLIDS[kind]
+    return Shape(layer, centre + radius * body.vertices, body.faces, colour, opacity=opacity, moves=moves)
+
+
+def axes(points: Array, middle: Array, height: float) -> tuple[list[Shape], list[Label]]:
+    """The world's directions on the table below `middle` (3,), beside points (N, 3) [m], and their letters."""
+    beside = points.min(axis=0)[:2] - AXIS
+    corner = np.array([*np.maximum(beside, middle[:2] - TABLE_HALF + AXIS_GAP), height + AXIS_LIFT])
+    ends = corner + AXIS * np.eye(3)
+    lines = [segments(AXES, np.stack([corner, end]), palette.INK, AXIS_WIDTH) for end in ends]
+    letters = [
+        Label(name, (float(x), float(y), float(z)), here=True)
+        for name, (x, y, z) in zip("xyz", ends + AXIS_GAP * np.eye(3), strict=True)
+    ]
+    return lines, letters

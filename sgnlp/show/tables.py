@@ -1,0 +1,208 @@
+"""Tables of a plan for the terminal: built here, printed by the command line."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.text import Text
+
+from sgnlp.hand.hand import Hand
+from sgnlp.planning.plan import Plan
+from sgnlp.planning.recompute import rotation_angle
+from sgnlp.planning.solution import Solution
+from sgnlp.program.terms import TERMS
+from sgnlp.show.columns import Table
+from sgnlp.simulation import Outcome
+
+Array = NDArray[np.float64]
+
+YES, NO = Text("yes", style="green"), Text("no", style="red")
+
+
+def starts_table(plan: Plan) -> Table:
+    """One row a start, best first; failures last."""
+    table = Table(
+        "Starts, best first",
+        *("start", "feasible", "margin", "ρ [N m]", "energy", "KKT", "iterations", "time [s]", "fails"),
+    )
+    for s in plan.solutions:
+        table.add_row(
+            str(s.start),
+            YES if s.feasible else NO,
+            f"{s.worst_margin:.3f}",
+            f"{s.grasp.stiffness:.3f}",
+            f"{s.energy:.1f}",
+            f"{s.kkt.worst:.0e}",
+            str(s.iterations),
+            f"{s.seconds:.2f}",
+            "; ".join(s.violated),
+        )
+    for failure in plan.failures:
+        table.add_row(str(failure.start), NO, "", "", "", "", "", "", failure.reason)
+    return table
+
+
+def fingers_table(plan: Plan, s: Solution) -> Table:
+    """One row a finger of a grasp."""
+    columns = ("gain [N/m]", "force [N]", "margin t0, eq", "gap [mm]", "±σ [mm]", "target [mm]")
+    table = Table(f"Start {s.start}, by finger", "finger", *columns)
+    g = s.grasp
+    for i, finger in enumerate(plan.problem.hand.fingers):
+        table.add_row(
+            finger.name,
+            f"{g.gains[i]:.0f}",
+            f"{np.linalg.norm(g.forces_eq[i]):.2f}",
+            f"{s.margins_initial[i]:.3f} {s.margins_equilibrium[i]:.3f}",
+            f"{1e3 * g.gaps[i]:.2f}",
+            f"{1e3 * g.contact_deviations[i]:.1f}",
+            " ".join(f"{1e3 * c:+.0f}" for c in g.targets[i]),
+        )
+    return table
+
+
+def energy_table(plan: Plan, s: Solution) -> Table:
+    """The exact energy of a grasp, term by term."""
+    table = Table(f"Start {s.start}, exact energy", "term", "value", "weight", "share")
+    for term, w, e in zip(TERMS, plan.problem.weights(), s.energy_terms, strict=True):
+        table.add_row(term.name, f"{e:.4g}", f"{w:g}", f"{w * e:.2f}")
+    table.add_row("total", "", "", f"{s.energy:.2f}", style="bold")
+    return table
+
+
+def checks_table(s: Solution) -> Table:
+    """The feasibility checks of a grasp."""
+    table = Table(f"Start {s.start}, recomputed", "check", "value", "at least", "passed")
+    for check in s.checks:
+        value, least = f"{check.value:.3g} {check.unit}", f"{check.least:.3g} {check.unit}"
+        table.add_row(check.name, value, least, YES if check.passed else NO)
+    angle = np.degrees(rotation_angle(s.grasp.rotation))
+    table.add_row("object turns by", f"{angle:.2f} deg", "", "")
+    return table
+
+
+def violations_table(s: Solution) -> Table:
+    """The constraints that a grasp does not satisfy, the worst first in the scales of the rows, and by how much."""
+    table = Table(f"Start {s.start}, not satisfied", "constraint", "value", "limit", "by")
+    for v in s.violations:
+        factor, unit = (1e3, "mm") if v.unit == "m" else (1.0, v.unit)
+        numbers = (v.value, v.limit, abs(v.value - v.limit))
+        table.add_row(v.name, *(f"{factor * number:.3g} {unit}".rstrip() for number in numbers))
+    return table
+
+
+def tables(plan: Plan) -> list[Any]:
+    """Everything to print about a plan: the starts, then the best grasp or the least bad one."""
+    shown: list[Any] = [starts_table(plan)]
+    if plan.solutions:
+        first = plan.solutions[0]
+        shown += [
+            fingers_table(plan, first),
+            energy_table(plan, first),
+            checks_table(first),
+        ]
+        shown += [violations_table(first)] if first.violations else []
+    return shown
+
+
+def pose_lines(plan: Plan, s: Solution) -> list[str]:
+    """Where a grasp sends the wrist and the joints: `report.html` and `grasps.npz` have all digits and names."""
+    wrist = " ".join(f"{v:.3f}" for v in s.wrist)
+    joints = " ".join(f"{q:.2f}" for q in s.joints)
+    root = plan.problem.hand.root
+    return [f"wrist, {root} in the world, x y z [m] qx qy qz qw: {wrist}", f"joints, in order of joint_names: {joints}"]
+
+
+def headline(plan: Plan) -> str:
+    """One line: how many starts, how many feasible, how long."""
+    count = len(plan.solutions) + len(plan.failures)
+    feasible = sum(s.feasible for s in plan.solutions)
+    seconds = sum(plan.seconds.values())
+    return f"{plan.observation.name}: {feasible} of {count} starts feasible in {seconds:.1f} s"
+
+
+def simulation_table(outcomes: Sequence[Outcome]) -> Table:
+    """One row a simulated grasp, in the order of their ranks.
+
+    "moved" is the object's motion before the last pad touched, "off plan" that of its equilibrium from the plan's.
+    """
+    columns = ("ending", "score", "strict", "rise", "slip", "pushes", "moved", "off plan")
+    table = Table("Simulated; lengths in mm", "grasp", *columns)
+    for rank, o in enumerate(outcomes):
+        table.add_row(
+            str(rank),
+            o.ending,
+            f"{o.score:g}",
+            f"{o.score_strict:g}",
+            f"{1e3 * o.lift.rise:.1f}" if o.lift else "",
+            f"{1e3 * o.lift.slip.max():.1f}" if o.lift else "",
+            f"{o.pushes_held}/{len(o.pushes)}" if o.pushes else "",
+            f"{1e3 * o.closing.shift_before_contact:.1f}" if o.closing else "",
+            f"{1e3 * o.closing.shift_error:.1f}" if o.closing and o.closing.shift_error is not None else "",
+        )
+    return table
+
+
+def touches_table(outcome: Outcome, hand: Hand, planned: Array) -> Table:
+    """One row a finger of a simulated grasp; planned forces (m, 3) [N]."""
+    columns = ("touches", "force", "planned", "off by", "slip closing", "lifting")
+    table = Table("First grasp, by finger; s, N and mm", "finger", *columns)
+    closing, lift = outcome.closing, outcome.lift
+    if closing is None:
+        return table
+    for i, finger in enumerate(hand.fingers):
+        time = closing.contact_times[i]
+        table.add_row(
+            finger.name,
+            "never" if np.isnan(time) else f"{time:.2f}",
+            f"{np.linalg.norm(closing.forces[i]):.2f}",
+            f"{np.linalg.norm(planned[i]):.2f}",
+            f"{np.linalg.norm(closing.forces[i] - planned[i]):.2f}",
+            f"{1e3 * closing.slip[i]:.1f}",
+            f"{1e3 * lift.slip[i]:.1f}" if lift else "",
+        )
+    return table
+
+
+def hands_table(hands: list[Hand]) -> Table:
+    """One row a hand."""
+    table = Table("Hands", "name", "fingers", "joints", "spheres", "wrist starts")
+    for hand in hands:
+        fingers = ", ".join(finger.name for finger in hand.fingers)
+        counts = (len(hand.joint_names), len(hand.spheres), len(hand.wrist_starts))
+        table.add_row(hand.name, fingers, *map(str, counts))
+    return table
+
+
+def facts_table(title: str, facts: dict[str, Any]) -> Table:
+    """Names and values."""
+    table = Table(title, "name", "value")
+    for name, value in facts.items():
+        table.add_row(name, str(value))
+    return table
+
+
+def rows_table(title: str, lines: list[dict[str, str]], prose: str = "") -> Table:
+    """Lines of equal keys as a table; the column `prose` is text to read."""
+    table = Table(title, *lines[0])
+    for column in table.columns:
+        if column.header == prose:
+            column.justify = "left"
+    for line in lines:
+        table.add_row(*line.values())
+    return table
+
+
+def markdown(lines: list[dict[str, str]]) -> str:
+    """The same as a Markdown table."""
+    rows = [list(lines[0]), ["---"] * len(lines[0]), *(list(line.values()) for line in lines)]
+    return "".join("| " + " | ".join(row) + " |\n" for row in rows)
+
+
+def text(table: Table) -> str:
+    """A table as plain text, as wide as it needs to be."""
+    console = Console(width=1000, color_system=None, force_terminal=False, markup=False, emoji=False, highlight=False)
+    with console.capture() as capture:
+        console.print(table)
+    return "".join(line.rstrip() + "\n" for line in capture.get().splitlines())

@@ -1,0 +1,96 @@
+"""A scene as one HTML file that opens offline: the data, a page of our own, and the whole of plotly.js.
+
+Plotly's Python package ships plotly.js whole, and it draws meshes, lines and texts; viser's own export is one file too,
+but without a panel: neither grasps to choose from nor numbers beside them.
+"""
+
+import base64
+import json
+from dataclasses import asdict
+from importlib import resources
+from typing import Any
+
+import numpy as np
+
+from sgnlp.base import palette
+from sgnlp.base.errors import InputError
+from sgnlp.show.camera import FIELD, FILL, axes_of_view, ball, placed, seen
+from sgnlp.show.scene_parts import Scene, Shape
+
+REACH = 1.1
+"""Half the edge of the cube that is drawn, over what the first stage needs: in later ones the object moves."""
+
+
+def page(scene: Scene) -> str:
+    """The whole page.
+
+    Raises:
+        InputError: Plotly is not installed.
+    """
+    try:
+        from plotly.offline import get_plotlyjs
+    except ImportError:
+        raise InputError("the page needs Plotly: pip install 'sgnlp[view]'") from None
+    template = resources.files("sgnlp.show").joinpath("viewer.html").read_text(encoding="utf-8")
+    data = json.dumps(plain(scene)).replace("<", "\\u003c")  # no text may end the script
+    return template.replace("/*SCENE*/", data).replace("/*PLOTLY*/", get_plotlyjs())
+
+
+def plain(scene: Scene) -> dict[str, Any]:
+    """What the page is given: texts, numbers, and arrays as base64."""
+    return {
+        "name": scene.name,
+        "kind": scene.kind,
+        "notes": scene.notes,
+        "hidden": scene.hidden,
+        "legend": [asdict(entry) | {"colour": palette.css(entry.colour)} for entry in scene.legend],
+        "fingers": [{"name": name, "colour": palette.css(palette.finger(i))} for i, name in enumerate(scene.fingers)],
+        "camera": {"towards": axes_of_view()[2].tolist(), "field": FIELD, "fill": FILL},
+        "links": [_shape(link) for link in scene.links],
+        "shapes": [_shape(shape) for shape in scene.shapes],
+        "views": [_view(scene, rank) for rank in range(len(scene.views))],
+    }
+
+
+def _view(scene: Scene, rank: int) -> dict[str, Any]:
+    view, shown = scene.views[rank], placed(scene, rank, 0)
+    centre, radius = ball(seen(shown))
+    reach = max(float(np.abs(shape.vertices - centre).max()) for shape in shown)
+    return {
+        "title": view.title,
+        "centre": centre.tolist(),
+        "radius": radius,
+        "reach": REACH * reach,
+        "links": view.links[:, :3].tolist(),
+        "shapes": [_shape(shape) for shape in view.shapes],
+        "stages": [
+            {
+                "name": stage.name,
+                "rotation": stage.rotation.tolist(),
+                "translation": stage.translation.tolist(),
+                "shapes": [_shape(shape) for shape in stage.shapes],
+            }
+            for stage in view.stages
+        ],
+        "labels": [asdict(label) | {"colour": palette.css(label.colour)} for label in view.labels],
+        "sheets": [{"title": sheet.title, "rows": sheet.rows} for sheet in view.sheets],
+    }
+
+
+def _shape(shape: Shape) -> dict[str, Any]:
+    return {
+        "layer": shape.layer,
+        "vertices": _bytes(shape.vertices, np.float32),
+        "cells": _bytes(shape.cells, np.int32),
+        "corners": shape.cells.shape[1],
+        "colour": shape.colour,
+        "opacity": shape.opacity,
+        "width": shape.width,
+        "values": None if shape.values is None else _bytes(shape.values, np.float32),
+        "moves": shape.moves,
+    }
+
+
+def _bytes(array: Any, kind: Any) -> str:
+    """An array's little-endian bytes in base64."""
+    return base64.b64encode(np.ascontiguousarray(array, np.dtype(kind).newbyteorder("<")).tobytes()).decode()

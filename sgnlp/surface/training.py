@@ -1,0 +1,81 @@
+"""The training set of the implicit surface: surface, exterior and interior points with their noise.
+
+The paper's appendix (Fitting GPIS) with the numbers of its release: measured points have the value 0; the corners
+and face centres of a cube around the object a positive value; softmax-weighted mixtures of measured points a
+negative one. A copy of the cloud on the table closes the surface below, where no camera looks.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.distance import pdist
+
+from sgnlp.base.settings import GpisSettings
+from sgnlp.perception.observation import Observation
+from sgnlp.perception.sampling import farthest_points
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class TrainingSet:
+    """Points X (N, 3) [m], values y (N,) [m], noise deviations (N,) [m]; surface points come first.
+
+    `centre` (3,) [m] is that of the exterior cube, `reach` R [m] the largest distance that the kernel is to meet.
+    """
+
+    X: Array
+    y: Array
+    noise: Array
+    prior: float
+    amplitude: float
+    centre: Array
+    reach: float
+
+
+def training_set(observation: Observation, settings: GpisSettings, seed: int) -> TrainingSet:
+    """The training set of an observation; the same seed gives the same set."""
+    points = observation.points
+    low, high = points.min(axis=0), points.max(axis=0)
+    low[2] = min(low[2], observation.table_height)
+    centre = (low + high) / 2
+    half = max(settings.cube_scale * float((high - low).max()) / 2, settings.cube_half_min)
+    cloud = points
+    if settings.floor:
+        floor = points.copy()
+        floor[:, 2] = observation.table_height
+        cloud = np.concatenate([points, floor])
+    surface = cloud[farthest_points(cloud, min(settings.surface_points, len(cloud)), seed)]
+    exterior = centre + half * cube_directions()
+    interior = interior_mixtures(surface, settings, seed)
+    counts = (len(surface), len(exterior), len(interior))
+    X = np.concatenate([surface, exterior, interior])
+    prior = settings.prior_mean if settings.kernel == "thin_plate" else half
+    return TrainingSet(
+        X=X,
+        y=np.repeat([0.0, half, settings.interior_value * half], counts),
+        noise=np.repeat([settings.surface_noise, settings.exterior_noise, settings.interior_noise], counts),
+        prior=prior,
+        amplitude=half,
+        centre=centre,
+        reach=settings.reach_scale * max_distance(X),
+    )
+
+
+def cube_directions() -> Array:
+    """The 8 corners and 6 face centres of the cube [-1, 1]³ (14, 3)."""
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+    return np.concatenate([corners, np.eye(3), -np.eye(3)])
+
+
+def interior_mixtures(surface: Array, settings: GpisSettings, seed: int) -> Array:
+    """Convex mixtures (n, 3) of the surface points with weights softmax(u/T), u uniform in [0, 1]."""
+    u = np.random.default_rng(seed).random((settings.interior_points, len(surface)))
+    weights = np.exp((u - u.max(axis=1, keepdims=True)) / settings.interior_temperature)
+    return (weights / weights.sum(axis=1, keepdims=True)) @ surface
+
+
+def max_distance(X: Array) -> float:
+    """Largest distance between two of the points X (N, 3) [m], from differences, so exact far from the origin."""
+    return float(pdist(X).max())

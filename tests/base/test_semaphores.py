@@ -1,0 +1,52 @@
+"""A machine without semaphores: one start at a time, each still under its limit and in a process of its own."""
+
+import multiprocessing
+import os
+from types import SimpleNamespace
+
+import pytest
+from processes import hang
+
+from sgnlp.base import semaphores
+from sgnlp.planning import pool
+from sgnlp.planning.pool import Failure
+
+
+def answer(planner: object, start: SimpleNamespace) -> object:
+    """What each start is there for."""
+    if start.index == 1:
+        raise ValueError("no [good]\nand more")
+    if start.index == 2:
+        os._exit(7)
+    if start.index == 3:
+        hang(planner, start)
+    return start.index, os.getpid()
+
+
+def test_starts_are_solved_one_at_a_time_and_fail_alone(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(semaphores, "fault", lambda: "none here")
+    monkeypatch.setattr(pool, "schedule", lambda solver: [])
+    monkeypatch.setattr(pool, "_planner", lambda problem: None)
+    problem = SimpleNamespace(settings=SimpleNamespace(solver=None))
+    starts = [SimpleNamespace(index=i) for i in range(5)]
+    found = list(pool.map_starts(answer, problem, [starts[i] for i in (0, 1, 2, 4)], 4, None))
+    assert found[1:3] == [Failure(1, "ValueError: no [good]"), Failure(2, "process ended with exit code 7")]
+    assert [found[0][0], found[3][0]] == [0, 4]
+    assert len({os.getpid(), found[0][1], found[3][1]}) == 3
+    assert list(pool.map_starts(answer, problem, [starts[3]], 4, 0.1)) == [Failure(3, "stopped after 0.1 s")]
+
+
+@pytest.mark.parametrize("error", [OSError(30, "Read-only file system"), ImportError("no sem_open")])
+def test_why_there_are_none_is_told_with_what_to_do(monkeypatch, error):
+    def fails(*_):
+        raise error
+
+    semaphores.fault.cache_clear()
+    monkeypatch.setattr(multiprocessing.get_context("fork"), "Lock", fails)
+    try:
+        told = semaphores.fault()
+    finally:
+        semaphores.fault.cache_clear()
+    assert (error.strerror if isinstance(error, OSError) else str(error)) in told
+    assert "/dev/shm must be there and writable" in told

@@ -1,0 +1,71 @@
+"""Presets, their variants, and what settings refuse."""
+
+from dataclasses import fields, replace
+
+import pytest
+
+from sgnlp.base.errors import InputError
+from sgnlp.base.presets import PAPER, PRESETS, ROBUST, VARIANTS, preset
+from sgnlp.base.settings import Contact
+
+
+def changed(before: object, after: object, prefix: str = "") -> set[str]:
+    """The names of the settings that differ."""
+    names: set[str] = set()
+    for f in fields(before):
+        a, b = getattr(before, f.name), getattr(after, f.name)
+        names |= (
+            changed(a, b, f"{f.name}.")
+            if hasattr(a, "__dataclass_fields__")
+            else {prefix + f.name}
+            if a != b
+            else set()
+        )
+    return names
+
+
+CHANGES = {
+    "bilevel-high": {"contact.metric", "limits.gain_fixed", "rank_by"},
+    "bilevel-low": {"contact.metric", "limits.gain_fixed", "rank_by"},
+    "bilevel-heuristic": {"contact.metric", "contact.heuristic", "rank_by"},
+    "no-uncertainty": {"weights.uncer"},
+    "no-pregrasp": {"contact.c"},
+    "no-pad": {"contact.pad"},
+    "printed-equilibrium": {"contact.equilibrium"},
+    "lift": {"weights.pose"},
+}
+
+
+@pytest.mark.parametrize("base", ["robust", "paper"])
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_a_variant_changes_what_it_is_about_and_nothing_else(variant, base):
+    assert changed(preset(base), preset(f"{base}+{variant}")) == CHANGES[variant]
+
+
+def test_a_variant_alone_is_one_of_the_robust_preset_and_variants_add_up():
+    assert preset("no-pregrasp") == preset("robust+no-pregrasp") == PRESETS["no-pregrasp"] != ROBUST
+    both = preset("paper+no-pregrasp+no-uncertainty")
+    assert changed(PAPER, both) == {"contact.c", "weights.uncer"}
+    assert (both.contact.c, both.weights.uncer) == (1.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("nope", "unknown preset 'nope'; valid: bilevel-heuristic, .*paper"),
+        ("paper+nope", "unknown variant of a preset 'nope'; valid: bilevel-heuristic, .*printed-equilibrium"),
+        ("paper+robust", "unknown variant of a preset 'robust'"),
+        ("paper+", "unknown variant of a preset ''"),
+        ("", "unknown preset ''"),
+    ],
+)
+def test_an_unknown_preset_or_variant_names_the_valid_ones(name, message):
+    with pytest.raises(InputError, match=message):
+        preset(name)
+
+
+@pytest.mark.parametrize("field", ["displacement", "turn"])
+@pytest.mark.parametrize("number", [float("nan"), float("inf")])
+def test_each_number_of_a_vector_must_be_finite(field, number):
+    with pytest.raises(InputError, match=rf"--contact.{field} must be a finite number, not {number}"):
+        replace(Contact(), **{field: (0.0, number, 0.0)})

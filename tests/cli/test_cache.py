@@ -1,0 +1,99 @@
+"""`sgnlp cache`: build, show, clear."""
+
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rich.console import Console
+from scenes import hand
+
+from sgnlp.base import toolchain
+from sgnlp.base.presets import PRESETS, ROBUST
+from sgnlp.cli import compiling, run
+from sgnlp.program import compiled
+from sgnlp.program.structure import Structure
+
+SMALL = ("--spheres", "paper", "--contact.samples", "2", "--solver.formulation", "penalty")
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A cache folder of the test's own."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    compiled.load.cache_clear()
+    yield toolchain.cache_folder()
+    compiled.load.cache_clear()
+
+
+def test_an_empty_cache_is_shown_and_not_made(folder, capfd):
+    assert run(["cache"]) == 0
+    assert str(folder) in capfd.readouterr().out.replace("\n", "")
+    assert not folder.exists()
+
+
+@pytest.mark.skipif(not compiled.can_compile(), reason="no C compiler")
+def test_what_is_built_is_shown_used_and_cleared(tmp_path, capfd, monkeypatch):
+    assert run(["cache", "--build", "--jobs", "2", *SMALL]) == 0  # in the cache of all tests, unless it is there
+    assert capfd.readouterr().err == ""
+    structure = Structure("penalty", 2, "share", "exact")
+    compiled.load.cache_clear()
+    assert compiled.load(hand("paper"), structure) is not None
+    library = compiled.path(hand("paper"), structure)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    folder = toolchain.cache_folder()
+    folder.mkdir()
+    shutil.copy(library, folder)
+    assert run(["cache"]) == 0
+    shown = capfd.readouterr().out.split("program-penalty-")[1].split()[1]
+    assert np.isclose(library.stat().st_size / 1e6, float(shown), atol=0.01)
+    assert run(["cache", "--clear"]) == 0
+    assert not list(folder.iterdir())
+
+
+def test_without_a_compiler_a_build_ends_with_one_line(folder, capfd, monkeypatch):
+    monkeypatch.setenv("CC", "no-such-compiler")
+    assert run(["cache", "--build", *SMALL]) == 3
+    err = capfd.readouterr().err
+    assert err.startswith("error: cannot compile: no C compiler: $CC is 'no-such-compiler'")
+    assert err.count("\n") == 1
+
+
+def test_a_plan_with_interpreted_functions_names_the_command_that_compiles_them(folder, capfd, monkeypatch):
+    settings = replace(ROBUST, spheres="paper", contact=replace(ROBUST.contact, samples=4))
+    console = Console(width=200)
+    compiling.offer(console, hand("paper"), "allegro_left", settings)
+    assert "'sgnlp cache --build --spheres paper --contact.samples 4' compiles them" in capfd.readouterr().out
+    compiling.offer(console, hand("paper"), "some/folder", settings)
+    assert "cache --build --hand some/folder --spheres paper" in capfd.readouterr().out
+    compiling.offer(console, hand(), "allegro_left", PRESETS["bilevel-heuristic"])
+    assert "cache --build --contact.metric closure --contact.heuristic 1.6' compiles" in capfd.readouterr().out
+    compiling.offer(console, hand("paper"), "x", replace(settings, solver=replace(settings.solver, compiled=False)))
+    assert capfd.readouterr().out == ""
+    monkeypatch.setenv("CC", "no-such-compiler")
+    compiling.offer(console, hand("paper"), "x", settings)
+    assert "twice as long: no C compiler: $CC is" in capfd.readouterr().out
+
+
+def test_on_a_terminal_they_are_compiled_in_the_background(folder, monkeypatch):
+    started = []
+    monkeypatch.setattr(compiling.subprocess, "Popen", lambda command, **rest: started.append((command, rest)))
+    monkeypatch.setattr(compiled, "can_compile", lambda: True)
+    compiling.offer(Console(force_terminal=True), hand("paper"), "allegro_left", replace(ROBUST, spheres="paper"))
+    ((command, rest),) = started
+    assert command[1:] == ["-m", "sgnlp", "cache", "--build", "--spheres", "paper"]
+    assert rest["start_new_session"]
+
+
+def test_a_build_before_the_starts_is_worth_it_for_many_and_only_where_it_is_wanted_and_can_be_done(
+    folder, monkeypatch
+):
+    settings = replace(ROBUST, spheres="paper")
+    can = [True]
+    monkeypatch.setattr(compiled, "can_compile", lambda: can[0])
+    assert compiling.worthwhile(hand("paper"), settings, compiling.WORTH)
+    assert not compiling.worthwhile(hand("paper"), settings, compiling.WORTH - 1)
+    interpreted = replace(settings, solver=replace(settings.solver, compiled=False))
+    assert not compiling.worthwhile(hand("paper"), interpreted, compiling.WORTH)
+    can[0] = False
+    assert not compiling.worthwhile(hand("paper"), settings, compiling.WORTH)

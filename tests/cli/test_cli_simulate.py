@@ -1,0 +1,124 @@
+"""`sgnlp simulate` on a result made by hand."""
+
+import json
+from dataclasses import asdict, fields, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco")
+
+from grips import box, faces, grip
+
+from sgnlp.base.presets import ROBUST
+from sgnlp.cli import run
+from sgnlp.hand.hand import load_hand
+from sgnlp.planning import results
+from sgnlp.planning.grasps import PER_HAND, Grasps, stack
+
+HAND = load_hand("allegro_left")
+SHORT = ("--hold-time", "0.3", "--push-time", "0.2")
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> Path:
+    """A folder with a result of two grasps, a sound one and one that misses, and the object."""
+    monkeypatch.chdir(tmp_path)
+    thing = box()
+    arrays = {"points": thing.vertices.repeat(8, axis=0), "table_height": 0.0, "name": "box"}
+    rng = np.random.default_rng(0)
+    arrays["points"] = arrays["points"] + 1e-3 * rng.uniform(size=arrays["points"].shape)
+    np.savez("box.npz", **arrays, mesh_vertices=thing.vertices, mesh_faces=thing.faces)
+    np.savez("cloud.npz", **arrays)
+    good = grip(HAND, *faces(0.06, 0.045))
+    rows = [good, replace(good, targets=good.targets + 0.08 * faces(0.06, 0.045)[1])]
+    meta = {"hand": "allegro_left", "settings": asdict(ROBUST), "source": "box.npz"}
+    empty = stack(HAND, [], meta)
+    values = {
+        f.name: np.zeros((2, *getattr(empty, f.name).shape[1:]), getattr(empty, f.name).dtype)
+        for f in fields(Grasps)
+        if f.name not in (*PER_HAND, "meta")
+    }
+    for name, value in asdict(good).items():
+        values[name] = np.array([getattr(row, name) for row in rows]) if value is not None else values[name]
+    values["feasible"] = np.array([True, False])
+    results.save(replace(empty, **values), {}, tmp_path / "made")
+    return tmp_path / "made"
+
+
+def simulate(*arguments: object) -> int:
+    return run(["simulate", *map(str, arguments), *SHORT])
+
+
+def test_the_best_grasp_is_carried_out_shown_and_written(folder, capfd):
+    assert simulate(folder) == 0
+    shown = capfd.readouterr().out
+    assert "held" in shown
+    assert "first choice 1, mean of 1 1.00" in shown
+    made = json.loads((folder / "simulation.json").read_text(encoding="utf-8"))
+    assert made["object"] == "box.npz"
+    assert made["settings"]["mass"] == 0.1
+    (grasp,) = made["grasps"]
+    assert (grasp["rank"], grasp["ending"], grasp["score"], len(grasp["pushes"])) == (0, "held", 1.0, 6)
+    assert "trace" not in grasp
+
+
+def test_the_objects_own_mass_and_friction_are_taken_if_asked_for(folder, capfd):
+    arguments = (folder, "--true-load", "--push-weights", 0)
+    assert simulate(*arguments) == 3
+    assert "--true-load needs the mass and friction of 'box' in its file" in capfd.readouterr().err
+    with np.load("box.npz") as known:
+        np.savez("box.npz", **known, mass=5.0, friction=0.4)
+    assert simulate(*arguments) == 1
+    settings = json.loads((folder / "simulation.json").read_text(encoding="utf-8"))["settings"]
+    assert (settings["mass"], settings["friction"]) == (5.0, 0.4)
+
+
+def test_as_many_grasps_as_asked_for_are_carried_out(folder, capfd):
+    assert simulate(folder / "grasps.npz", "--grasps", 2, "--push-weights", 0) == 0
+    assert "mean of 2 0.50" in capfd.readouterr().out
+    assert [g["score"] for g in json.loads((folder / "simulation.json").read_text(encoding="utf-8"))["grasps"]] == [
+        1.0,
+        0.0,
+    ]
+
+
+def test_all_are_the_feasible_ones(folder, capfd):
+    assert simulate(folder, "--grasps", "all", "--push-weights", 0) == 0
+    assert "mean of 1 " in capfd.readouterr().out
+
+
+def test_it_ends_with_1_where_nothing_holds(folder, capfd):
+    assert simulate(folder, "--mass", 5) == 1
+    assert "not lifted" in capfd.readouterr().out
+
+
+def test_pictures_are_drawn_or_it_says_why_not(folder, capfd):
+    assert simulate(folder, "--pictures", "--push-weights", 0) == 0
+    drawn = {file.name for file in folder.glob("*.png")}
+    expected = {f"simulation-{phase}.png" for phase in ("pregrasp", "close", "lift", "hold")}
+    assert drawn == expected or "no pictures: " in capfd.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--object", "cloud.npz"), "'box' has no true surface"),
+        (("--object", "gone.npz"), "'gone.npz' is not there; name its file with --object"),
+        (("--grasps", "3"), "--grasps must be between 1 and 2"),
+        (("--mass", "-1"), "--simulation.mass must be positive"),
+        (("--rise", "0.05"), "--simulation.rise is above"),
+    ],
+)
+def test_a_bad_input_is_refused_in_one_line(folder, capfd, arguments, message):
+    assert simulate(folder, *arguments) == 3
+    told = capfd.readouterr().err
+    assert message in told
+    assert told.count("\n") == 1
+    assert not (folder / "simulation.json").exists()
+
+
+def test_a_missing_result_is_refused(folder, capfd):
+    assert simulate("nothing") == 3
+    assert "no result at 'nothing'" in capfd.readouterr().err

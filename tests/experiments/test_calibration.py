@@ -1,0 +1,134 @@
+"""Calibration: coverage of Gaussian errors as nominal, factors that are found again, and the study on a known body."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import observation
+
+from sgnlp.base.errors import InputError
+from sgnlp.base.presets import ROBUST
+from sgnlp.experiments.studies import calibration
+from sgnlp.experiments.studies.calibration import PAD, Row, Truth, body, factor_table, halves, panels, tables, truth
+from sgnlp.experiments.studies.coverage import LEVELS, coverage, factor, half_width, kept_coverage, quantiles
+from sgnlp.surface.gpis import fit
+from sgnlp.surface.training import training_set
+
+
+def gaussian(scale: float, count: int = 20_000, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Errors of a process that understates its deviations by a factor, and those deviations."""
+    rng = np.random.default_rng(seed)
+    deviations = rng.uniform(0.5, 4, count)
+    return scale * deviations * rng.normal(size=count), deviations
+
+
+def row(side: str = "seen", name: str = "mug", scale: float = 1.0, **change: object) -> Row:
+    errors, deviations = gaussian(scale)
+    within = [coverage(errors, deviations, level) for level in LEVELS]
+    means = (errors.mean(), np.abs(errors).mean(), deviations.mean())
+    made = Row(name, "0", "matern52", 5.0, 1.0, side, 0.0, len(errors), *within, *means, quantiles(errors, deviations))
+    return replace(made, **change)
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_the_coverage_of_gaussian_errors_is_the_level(level):
+    assert coverage(*gaussian(1.0), level) == pytest.approx(level, abs=0.01)
+    assert coverage(*gaussian(2.0), level) < level - 0.1
+    assert coverage(*gaussian(0.5), level) > level + 0.04
+
+
+@pytest.mark.parametrize("level", LEVELS)
+@pytest.mark.parametrize("s", [0.5, 1.0, 2.0])
+def test_quantiles_keep_the_coverage_of_intervals_of_any_width(level, s):
+    errors, deviations = gaussian(1.0)
+    kept = kept_coverage([quantiles(errors, deviations)], [1], level, s)[0]
+    assert kept == pytest.approx(coverage(errors, s * deviations, level), abs=0.015)
+
+
+def test_half_widths_are_those_of_the_normal_distribution():
+    assert [half_width(level) for level in LEVELS] == pytest.approx([0.67449, 1.64485, 1.95996], abs=1e-5)
+
+
+@pytest.mark.parametrize("scale", [0.2, 1.0, 5.0])
+def test_the_factor_is_what_the_deviations_lack(scale):
+    assert factor([([quantiles(*gaussian(scale))], [1])]) == pytest.approx(scale, rel=0.03)
+
+
+def test_sets_count_by_their_points_and_groups_alike():
+    wide, narrow = quantiles(*gaussian(0.5)), quantiles(*gaussian(2.0))
+    assert kept_coverage([wide, narrow], [3, 1], 0.5)[0] == pytest.approx(0.75 * 0.823 + 0.25 * 0.264, abs=0.02)
+    assert factor([([wide], [1]), ([narrow], [1000])]) == pytest.approx(factor([([wide], [7]), ([narrow], [1])]))
+
+
+def test_only_what_a_fingertip_can_touch_is_asked_about(monkeypatch):
+    pytest.importorskip("open3d")
+    corners = np.array([[x, y, z] for x in (0, 0.1) for y in (0, 0.1) for z in (0, 0.1)])
+    quads = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
+    faces = np.array([face for a, b, c, d in quads for face in ((a, b, c), (a, c, d))])
+    box = replace(observation(), mesh_vertices=corners, mesh_faces=faces, table_height=0.0)
+    known = truth(box, np.random.default_rng(0))
+    assert known.points[:, 2].min() > PAD  # not the bottom, nor the walls just above the table
+    assert len(known.points) == pytest.approx(1000 * (1 + 4 * 0.88) / 6, rel=0.05)
+    assert known.distances[0] == pytest.approx(0, abs=1e-6)
+    assert known.distances[1] == pytest.approx(PAD, abs=1e-6)
+    with pytest.raises(InputError, match="comes without its true surface"):
+        truth(observation(), np.random.default_rng(0))
+
+
+def test_errors_are_measured_from_the_truth_on_each_side():
+    gpis = fit(training_set(observation(), ROBUST.gpis, 0))
+    points = observation().points[:40]
+    known = Truth(points, np.stack([points, points]), np.array([[0.001], [0.0]]) + np.zeros((2, 40)))
+    seen = np.arange(40) < 30
+    rows = list(calibration._sides(gpis, known, seen))
+    assert [(side, offset, count) for side, offset, count, *_ in rows] == [
+        *(("seen", 0.0, 30), ("unseen", 0.0, 10), ("seen", 12.0, 30), ("unseen", 12.0, 10))
+    ]
+    biases = [values[6] for values in rows]
+    assert biases[0] == pytest.approx(biases[2] - 1.0, abs=2e-3)  # d - d*, in mm
+    assert rows[0][7] >= abs(rows[0][6])
+    assert len(list(calibration._sides(gpis, known, np.ones(40, bool)))) == 2
+
+
+def test_poses_of_one_body_stay_in_one_half():
+    rows = [row(name=name) for name in ("mug_1", "can_0", "mug_0", "lego_block", "can_3", "pear")]
+    assert [body(name) for name in ("mug_12", "lego_block", "mug", "_3")] == ["mug", "lego_block", "mug", "_3"]
+    assert halves(rows) == (["can", "mug"], ["lego_block", "pear"])
+
+
+def test_a_factor_fitted_on_one_half_is_judged_on_the_other():
+    rows = [row(side, name, scale) for side in ("seen", "unseen") for name, scale in (("a", 0.5), ("b", 0.5))]
+    (line,) = factor_table(rows)
+    assert float(line["factor"]) == pytest.approx(0.5, abs=0.02)
+    assert [float(share) for share in line["seen: within 50, 90, 95 %"].split(", ")] == pytest.approx(
+        [50, 90, 95], abs=2
+    )
+    rows = [row(side, name, scale) for side in ("seen", "unseen") for name, scale in (("a", 0.5), ("b", 1.0))]
+    (line,) = factor_table(rows)
+    assert float(line["factor"]) == pytest.approx(0.5, abs=0.02)  # of a, whatever b is
+    assert float(line["other half's"]) == pytest.approx(1, abs=0.03)
+    assert [float(share) for share in line["unseen: within 50, 90, 95 %"].split(", ")] == pytest.approx(
+        [26, 59, 67], abs=2
+    )
+
+
+def test_the_best_length_is_that_of_least_error_where_the_factor_is_fitted():
+    rows = [
+        row(side, name, length=length, error_mm=error)
+        for side in ("seen", "unseen")
+        for length, error in ((1.0, 3.0), (0.5, 2.0), (0.25, 4.0))
+        for name in ("a", "b")
+    ]
+    rows = [replace(r, error_mm=9.0) if (r.object, r.length) == ("b", 0.5) else r for r in rows]
+    assert [(line["length"], line["best"]) for line in factor_table(rows)] == [("1", ""), ("0.5", "yes"), ("0.25", "")]
+
+
+def test_the_tables_need_two_bodies_for_a_factor_and_the_figure_shows_each_side():
+    rows = [row(side, kernel=kernel) for side in ("seen", "unseen") for kernel in ("thin_plate", "matern52")]
+    found = tables(rows)
+    assert len(found) == 1
+    (lines,) = found.values()
+    assert [line["within 50 %"] for line in lines] == ["50"] * 4
+    both = [row(s, kernel=k) for s in ("seen", "unseen") for k in calibration.KERNELS]
+    assert [panel.title for panel in panels(both)] == ["seen, on the surface", "unseen, on the surface"]
+    assert panels(both)[0].series[0].y[5] == pytest.approx(50, abs=1)

@@ -1,0 +1,215 @@
+"""The anatomy of solvers: all that run find a known solution, what they call is counted, their functions are exact."""
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+from processes import PATIENT
+from scenes import SMALL, oracle, posed, random_point
+
+from sgnlp.base.errors import InputError
+from sgnlp.cli import run
+from sgnlp.planning import solvers
+from sgnlp.planning.solvers.anatomy import Answer, Method, Refusal
+from sgnlp.planning.solvers.bridge import differentiable
+from sgnlp.planning.solvers.meter import Meter
+from sgnlp.planning.solvers.multipliers import best_residuals
+from sgnlp.planning.solvers.probe import SOLUTION, START, missing, problem, task
+from sgnlp.planning.solvers.process import apart, spend
+
+SOLVE = ["ipopt", "ipopt-limited", "ipopt-spral", "fatrop", "uno-ipopt", "uno-filtersqp", "lbfgsb", "slsqp"]
+SOLVE += ["trust-constr", "sqp-daqp", "sqp-qpoases", "sqp-limited"]
+"""What must run wherever the wheels of CasADi and SciPy do, and solve a problem of four variables."""
+
+
+def solved(name: str, tolerance: float = 1e-7) -> tuple[list, str]:
+    """The answer of a method to the small problem, from a process of its own, and why there is none."""
+
+    def work(send):
+        given = task(tolerance)
+        answer = solvers.method(name).prepare(given)(START)
+        kkt, _ = best_residuals(given, answer.x, answer.multipliers)
+        send((answer.x, kkt))
+
+    return apart(work, 20.0)
+
+
+@pytest.mark.parametrize("name", SOLVE)
+def test_a_problem_of_known_solution_is_solved_by_every_solver_that_should(name):
+    ((x, kkt),), reason = solved(name)
+    assert reason == ""
+    np.testing.assert_allclose(x, SOLUTION, atol=1e-4)
+    assert kkt.worst < 1e-4
+
+
+@pytest.mark.parametrize("name", ["adamw-1000", "rmsprop-1000"])
+def test_first_order_steps_descend_and_the_point_kept_is_one_where_the_rows_hold(name):
+    ((x, kkt),), _ = solved(name)
+    assert kkt.primal <= 1e-6
+    assert -44.0 < float(problem().objective(x, 1.0)) < -25.0
+
+
+def test_every_file_with_methods_is_found_and_every_method_has_a_name_of_its_own():
+    methods = solvers.found()
+    assert {"ipopt", "fatrop", "slsqp", "adamw-200", "madnlp"} <= set(methods)
+    assert all(method.name == name and method.derivatives in (1, 2) for name, method in methods.items())
+    with pytest.raises(InputError, match=r"unknown solver 'newton'; valid: .*ipopt"):
+        solvers.method("newton")
+
+
+def test_a_solver_that_is_not_there_says_so():
+    assert "has no plugin 'worhp'" in missing(solvers.method("worhp"))
+    assert missing(solvers.method("ipopt")) == ""
+
+
+def test_the_command_lists_the_solvers_and_why_one_does_not_run(monkeypatch, capfd):
+    chosen = {name: solvers.method(name) for name in ("ipopt", "snopt")}
+    monkeypatch.setattr(solvers, "found", lambda: chosen)
+    assert run(["solvers"]) == 0
+    out = capfd.readouterr().out
+    assert "interior point" in out
+    assert "snopt" in out
+
+
+def test_equality_rows_are_refused_by_first_order_methods():
+    given = replace(task(), g_bounds=(np.zeros(3), np.zeros(3)))
+    with pytest.raises(Refusal, match="equality"):
+        solvers.method("adamw-200").prepare(given)
+
+
+# --- functions -------------------------------------------------------------------------------------------------------
+
+
+def test_derivatives_that_casadi_makes_of_the_bridge_are_those_of_the_functions():
+    functions, rng = problem(), np.random.default_rng(0)
+    given = differentiable(functions)
+    x, lam, v, p = rng.normal(size=4), rng.normal(size=4), rng.normal(size=4), np.array([1.3])
+    symbols, lam_, v_ = [given["x"], given["p"]], ca.MX.sym("lam", 4), ca.MX.sym("v", 4)
+    lagrangian = ca.gradient(lam_[0] * given["f"] + ca.dot(lam_[1:], given["g"]), given["x"])
+    f = ca.Function("f", symbols, [given["f"], ca.gradient(given["f"], given["x"])])
+    g = ca.Function("g", symbols, [given["g"], ca.jacobian(given["g"], given["x"])])
+    h = ca.Function("h", [*symbols, lam_], [ca.jacobian(lagrangian, given["x"])])
+    product = ca.Function("product", [*symbols, lam_, v_], [ca.jtimes(lagrangian, given["x"], v_)])
+    U = np.array(functions.hessian(x, p, lam[0], lam[1:]))
+    H = U + np.triu(U, 1).T
+    for found, expected in (
+        *zip(f(x, p), functions.gradient(x, p), strict=True),
+        *zip(g(x, p), functions.jacobian(x, p), strict=True),
+        (h(x, p, lam), H),
+        (product(x, p, lam, v), H @ v),
+    ):
+        np.testing.assert_allclose(np.array(found).squeeze(), np.array(expected).squeeze(), rtol=1e-12, atol=1e-12)
+
+
+def test_the_bridge_has_the_hessian_of_the_real_program():
+    functions, given = oracle(SMALL, "penalty"), differentiable(oracle(SMALL, "penalty"))
+    start, x = random_point(posed(SMALL), functions.nlp, 1)
+    p = posed(SMALL).parameters(functions.nlp, start.wrist, start.joints)
+    lam = np.random.default_rng(1).normal(size=given["g"].numel())
+    energy = given["f"] + ca.dot(lam, given["g"])
+    H = ca.Function("H", [given["x"], given["p"]], [ca.hessian(energy, given["x"])[0]])
+    U = np.array(functions.hessian(x, p, 1.0, lam))
+    np.testing.assert_allclose(np.triu(np.array(H(x, p))), U, rtol=1e-9, atol=1e-9 * np.abs(U).max())
+
+
+def test_calls_and_the_points_of_gradients_are_counted_at_the_functions():
+    meter = Meter(problem())
+    x, p = np.arange(4.0), np.ones(1)
+    assert float(meter.functions.objective(x, p)) == float(problem().objective(x, p))
+    for _ in range(2):
+        meter.functions.gradient(x, p)
+    meter.functions.hessian(x, p, 1.0, np.zeros(3))
+    assert dict(meter.calls) == {"f": 1, "grad": 2, "hess": 1}
+    assert [point.tolist() for _, point in meter.points] == [x.tolist()] * 2
+    meter.clear()
+    assert not meter.calls
+    assert not meter.points
+
+
+def test_a_metered_solver_takes_the_same_steps():
+    given = task()
+    meter = Meter(given.functions)
+    tasks = given, replace(given, functions=meter.functions)
+    plain, metered = (solvers.method("ipopt").prepare(t)(START) for t in tasks)
+    np.testing.assert_array_equal(plain.x, metered.x)
+    assert meter.calls["hess"] == metered.iterations == plain.iterations
+
+
+# --- multipliers -----------------------------------------------------------------------------------------------------
+
+
+def residuals_at(x, multipliers=None):
+    given = task()
+    return best_residuals(given, np.asarray(x), multipliers)
+
+
+def test_estimated_multipliers_prove_a_solution_for_which_a_solver_has_none_or_bad_ones():
+    bad = np.full(4, 3.0), np.full(3, -5.0)
+    for multipliers in (None, bad):
+        kkt, estimated = residuals_at(SOLUTION, multipliers)
+        assert estimated
+        assert kkt.worst < 1e-8
+    true = np.zeros(4), np.array([-1.0, 0.0, -2.0])
+    assert residuals_at(SOLUTION, true)[0].worst < 1e-12
+
+
+def test_no_estimate_proves_a_point_that_is_no_solution():
+    assert residuals_at(SOLUTION - np.eye(4)[2] / 10)[0].dual > 0.1
+    assert residuals_at(SOLUTION + np.eye(4)[2] / 10)[0].primal > 0.1
+
+
+def test_a_point_that_is_not_finite_has_residuals_that_are_not():
+    assert not residuals_at(np.full(4, np.nan))[0].worst < 1e300
+
+
+# --- processes -------------------------------------------------------------------------------------------------------
+
+
+def test_what_was_sent_before_a_crash_is_kept_with_the_reason():
+    def crash(send):
+        send(1)
+        import os
+        import signal
+
+        os.kill(os.getpid(), signal.SIGSEGV)
+
+    assert apart(crash, 5.0) == ([1], "killed by SIGSEGV")
+
+
+def test_a_process_that_works_for_too_long_is_ended_by_its_processor_time(monkeypatch):
+    monkeypatch.setattr("sgnlp.planning.solvers.process.WALL_FACTOR", PATIENT)
+
+    def burn(send):
+        spend(0.1)
+        send("begun")
+        while True:
+            pass
+
+    assert apart(burn, 0.1) == (["begun"], "over 0.1 s of processor time")
+
+
+def test_a_process_that_sleeps_is_ended_by_the_clock(monkeypatch):
+    monkeypatch.setattr(
+        "sgnlp.planning.solvers.process.WALL_FACTOR", 30.0
+    )  # the word before it sleeps has time to come
+
+    def sleep(send):
+        import time
+
+        send("begun")
+        time.sleep(100)
+
+    assert apart(sleep, 0.1) == (["begun"], "no word for 3 s")
+
+
+def test_an_error_in_a_process_is_its_reason():
+    def fail(send):
+        raise Refusal("not with me")
+
+    assert apart(fail, 1.0) == ([], "not with me")
+
+
+def test_a_solver_of_ones_own_needs_no_more_than_the_anatomy():
+    method = Method("still", "none", 0, "stays", lambda given: lambda x: Answer(x, "fine", 0))
+    assert method.prepare(task())(START).x.tolist() == [0.0] * 4

@@ -1,0 +1,134 @@
+"""The summary: the numbers of the arrays in plain values, every start in it, valid JSON."""
+
+import json
+import math
+from dataclasses import asdict, replace
+
+import numpy as np
+import pytest
+from plans import small_plan
+from scenes import SMALL, hand, observation
+
+from sgnlp.base.settings import Settings
+from sgnlp.planning import results
+from sgnlp.planning.environment import kinematics_backend, versions
+from sgnlp.planning.plan import Plan
+from sgnlp.planning.pool import Failure
+from sgnlp.planning.solution import Solution
+from sgnlp.planning.summary import arrays, meta, summary
+from sgnlp.program.terms import TERMS
+
+FAILURE = Failure(7, "stopped after 1 s")
+
+
+def strict(text: str) -> dict:
+    """The JSON in a text, with no NaN and no infinity in it."""
+
+    def refuse(token: str) -> None:
+        raise AssertionError(f"{token} is not JSON")
+
+    return json.loads(text, parse_constant=refuse)
+
+
+def infeasible(s: Solution) -> Solution:
+    """The same solution with a check that fails on NaN."""
+    return replace(s, checks=(replace(s.checks[0], value=math.nan), *s.checks[1:]))
+
+
+@pytest.fixture
+def plan() -> Plan:
+    return small_plan()
+
+
+def test_the_best_grasp_has_the_numbers_of_the_first_row_of_the_arrays(plan):
+    best, grasps = summary(plan)["best"], arrays(plan)
+    assert best["start"] == grasps.start[0]
+    assert best["wrist"] == grasps.wrist[0].tolist()
+    assert best["joints"] == dict(zip(grasps.joint_names.tolist(), grasps.joints[0].tolist(), strict=True))
+    assert best["energy"] == grasps.energy[0]
+    assert list(best["fingers"]) == grasps.finger_names.tolist()
+    for i, finger in enumerate(best["fingers"].values()):
+        assert finger["gain"] == grasps.gains[0, i]
+        assert finger["target"] == grasps.targets[0, i].tolist()
+        assert finger["force"] == pytest.approx(np.linalg.norm(grasps.forces_eq[0, i]), rel=1e-15)
+        assert finger["margin_initial"] == grasps.margins_initial[0, i]
+        assert finger["margin_equilibrium"] == grasps.margins_equilibrium[0, i]
+        assert finger["contact_distance_mm"] == 1e3 * grasps.contact_distance[0, i]
+        assert finger["deviation_mm"] == 1e3 * grasps.contact_deviation[0, i]
+
+
+def test_the_breakdown_adds_up_to_the_energy(plan):
+    best, grasps = summary(plan)["best"], arrays(plan)
+    terms = best["energy_terms"]
+    assert list(terms) == [term.name for term in TERMS] == grasps.term_names.tolist()
+    assert [term["value"] for term in terms.values()] == grasps.energy_terms[0].tolist()
+    assert [term["weight"] for term in terms.values()] == plan.problem.weights().tolist()
+    assert all(term["share"] == term["weight"] * term["value"] for term in terms.values())
+    assert sum(term["share"] for term in terms.values()) == pytest.approx(best["energy"], rel=1e-13)
+
+
+def test_the_checks_are_those_of_the_solution(plan):
+    for check in plan.best.checks:
+        found = summary(plan)["best"]["checks"][check.name]
+        assert found == asdict(check) | {"passed": check.passed}
+
+
+def test_every_start_is_in_the_table_with_the_numbers_of_its_row(plan):
+    table, grasps = summary(plan)["starts_table"], arrays(plan)
+    assert len(table) == len(grasps)
+    for i, line in enumerate(table):
+        margins = [*grasps.margins_initial[i], *grasps.margins_equilibrium[i]]
+        assert (line["rank"], line["start"]) == (i, grasps.start[i])
+        assert (line["feasible"], "; ".join(line["violated"])) == (grasps.feasible[i], grasps.violated[i])
+        assert (line["worst_margin"], line["energy"]) == (min(margins), grasps.energy[i])
+        assert (line["stiffness"], list(line["kkt"].values())[:3]) == (grasps.stiffness[i], grasps.kkt[i].tolist())
+        assert (line["status"], line["iterations"]) == (grasps.status[i], grasps.iterations[i])
+        assert line["seconds"] == grasps.solve_seconds[i]
+
+
+def test_counts_and_notes_are_those_of_the_plan(plan):
+    found = summary(plan)
+    assert found["feasible"] == arrays(plan).feasible.sum() == len(plan.solutions)
+    assert found["solved"] == (arrays(plan).kkt.max(axis=1) <= 10 * SMALL.solver.tolerance).sum()
+    assert found["notes"] == list(observation().notes)
+
+
+def test_a_start_that_failed_is_told_with_its_reason(plan):
+    found = summary(replace(plan, failures=(FAILURE,)))
+    assert found["starts_table"][-1] == {"start": 7, "failure": "stopped after 1 s"}
+    assert found["starts"] == len(plan.solutions) + 1
+    assert found["feasible"] == len(plan.solutions)
+
+
+def test_without_a_feasible_grasp_there_is_no_best(plan):
+    found = summary(replace(plan, solutions=tuple(map(infeasible, plan.solutions))))
+    assert found["best"] is None
+    assert found["feasible"] == 0
+    assert found["starts_table"][0]["violated"] == [plan.solutions[0].checks[0].name]
+    assert summary(replace(plan, solutions=()))["starts_table"] == []
+
+
+def test_a_plan_with_numbers_that_are_not_numbers_is_still_valid_json(plan):
+    nan = replace(plan.solutions[0], energy=math.nan, seconds=math.inf)
+    found = strict(results.json_text(summary(replace(plan, solutions=(nan,)))))
+    assert found["best"]["energy"] is None
+    assert found["starts_table"][0]["seconds"] is None
+
+
+def test_the_summary_is_plain_and_survives_json_unchanged(plan):
+    assert strict(results.json_text(summary(plan))) == json.loads(json.dumps(summary(plan)))
+    assert strict(json.dumps(arrays(plan).meta)) == json.loads(json.dumps(meta(plan)))
+
+
+def test_the_meta_block_says_how_to_make_the_plan_again(plan):
+    found = meta(plan)
+    assert (found["object"], found["input_digest"]) == (observation().name, observation().digest)
+    assert (found["hand"], found["seed"], found["starts"]) == (hand().name, 0, 2)
+    assert (found["versions"], found["kinematics"]) == (versions(), kinematics_backend())
+    assert set(found["seconds"]) == {"fit", "solve", "jobs"}
+    assert found["settings"] == json.loads(json.dumps(asdict(SMALL)))
+    rebuilt = {
+        name: type(getattr(SMALL, name))(**value) if isinstance(value, dict) else value
+        for name, value in found["settings"].items()
+    }
+    assert Settings(**rebuilt) == SMALL

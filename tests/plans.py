@@ -1,0 +1,24 @@
+"""Small plans shared by the tests, the flags that ask for such ones, and whether two results are the same."""
+
+from dataclasses import fields
+from functools import lru_cache
+
+from scenes import SMALL, hand, observation
+
+from sgnlp.planning.grasps import Grasps
+from sgnlp.planning.plan import Plan, solve
+
+SMALL_FLAGS = ["--gpis.surface-points", "60", "--gpis.interior-points", "15", "--gpis.exterior-noise", "0.2"]
+SMALL_FLAGS += ["--contact.mass", "0"]
+
+
+@lru_cache
+def small_plan() -> Plan:
+    """A plan of two starts for the ellipsoid, made once for all tests of what is done with plans."""
+    return solve(observation(), hand(), SMALL, count=2, seed=0, jobs=2)
+
+
+def same(a: Grasps, b: Grasps) -> bool:
+    """Whether two results agree bit for bit, but for the seconds that they took."""
+    names = [field.name for field in fields(Grasps) if field.name not in ("meta", "solve_seconds")]
+    return all(getattr(a, name).tobytes() == getattr(b, name).tobytes() for name in names)

@@ -1,0 +1,139 @@
+"""Compiled functions: the same bits as CasADi's machine, one build for every object, found again by its key."""
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+from scenes import hand
+from test_architecture import MODULE_OF, imported
+
+from sgnlp.base import toolchain
+from sgnlp.base.errors import SolverError
+from sgnlp.program import codegen, compiled
+from sgnlp.program.nlp import FUNCTIONS, build
+from sgnlp.program.structure import Structure
+
+STRUCTURE = Structure("penalty", 2, "share", "exact")
+"""Two samples and the paper's spheres: a small program."""
+
+needs_a_compiler = pytest.mark.skipif(not compiled.can_compile(), reason="no C compiler")
+
+
+@pytest.fixture(scope="module")
+def cache():
+    """The cache folder of all tests, where another one may have built the small program too."""
+    compiled.load.cache_clear()
+    yield toolchain.cache_folder()
+    compiled.load.cache_clear()
+
+
+@pytest.fixture(scope="module")
+def built(cache):
+    """The small program, compiled."""
+    steps = []
+    library = compiled.compile_program(hand("paper"), STRUCTURE, 2, lambda done, total: steps.append((done, total)))
+    assert steps == [(i, len(steps)) for i in range(1, len(steps) + 1)]
+    assert library.parent == cache
+    return compiled.load(hand("paper"), STRUCTURE)
+
+
+@needs_a_compiler
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_compiled_function_gives_the_bits_of_casadis_machine(built, name):
+    f, g = getattr(build(hand("paper"), STRUCTURE), name), getattr(built, name)
+    rng = np.random.default_rng(0)
+    for _ in range(3):
+        arguments = [ca.DM(rng.uniform(0.5, 1.5, f.size_in(i))) for i in range(f.n_in())]
+        for expected, found in zip(f.call(arguments), g.call(arguments), strict=True):
+            assert expected.sparsity() == found.sparsity()
+            np.testing.assert_array_equal(np.array(found.nonzeros()), np.array(expected.nonzeros()))
+
+
+@needs_a_compiler
+def test_a_compiled_program_is_the_interpreted_one_in_everything_else(built):
+    nlp = build(hand("paper"), STRUCTURE)
+    assert built.row_sizes == nlp.row_sizes
+    assert built.terms_used == nlp.terms_used
+    assert built.constraints == nlp.constraints
+    assert built.layout == nlp.layout
+    assert built.parameters.sizes == nlp.parameters.sizes
+
+
+@needs_a_compiler
+def test_what_is_built_is_found_and_not_built_again(built, cache):
+    before = {path: path.stat().st_mtime_ns for path in cache.glob("program-*.so")}
+    compiled.compile_program(hand("paper"), STRUCTURE)
+    assert {path: path.stat().st_mtime_ns for path in cache.glob("program-*.so")} == before
+    assert compiled.program(hand("paper"), STRUCTURE).points.class_name() != "SXFunction"
+    assert compiled.program(hand("paper"), STRUCTURE, compiled=False) is build(hand("paper"), STRUCTURE)
+
+
+def test_another_hand_preset_structure_or_compiler_has_another_key(monkeypatch):
+    keys = {compiled.path(hand(), STRUCTURE), compiled.path(hand("paper"), STRUCTURE)}
+    keys |= {
+        compiled.path(hand(), replace(STRUCTURE, samples=3)),
+        compiled.path(hand(), replace(STRUCTURE, density="x")),
+        compiled.path(hand(), replace(STRUCTURE, metric="closure")),
+        compiled.path(hand(), replace(STRUCTURE, metric="closure", heuristic=True)),
+        compiled.path(hand(), replace(STRUCTURE, formulation="constrained")),
+        compiled.path(hand(), replace(STRUCTURE, formulation="constrained", torques=True)),
+    }
+    monkeypatch.setattr(ca, "__version__", "0.0.0")
+    keys.add(compiled.path(hand(), STRUCTURE))
+    monkeypatch.setenv("CC", "true")
+    keys.add(compiled.path(hand(), STRUCTURE))
+    assert len(keys) == 10
+    constrained = replace(STRUCTURE, formulation="constrained")
+    assert compiled.path(hand(), replace(STRUCTURE, formulation="elastic")) == compiled.path(hand(), constrained)
+
+
+def test_the_key_covers_every_module_that_a_program_is_made_of():
+    todo, found = ["sgnlp.program.nlp", "sgnlp.program.codegen"], set()
+    while todo:
+        name = todo.pop()
+        if name not in found:
+            found.add(name)
+            todo += imported(MODULE_OF[name]) & set(MODULE_OF)
+    assert {name.split(".")[1] for name in found} == set(compiled.ROOMS)
+
+
+def test_what_is_not_in_the_cache_or_is_damaged_is_interpreted(cache):
+    other = replace(STRUCTURE, samples=3)
+    assert compiled.load(hand("paper"), other) is None
+    library = compiled.path(hand("paper"), other)
+    library.parent.mkdir(parents=True, exist_ok=True)
+    library.write_bytes(b"no library")
+    compiled.load.cache_clear()
+    assert compiled.program(hand("paper"), other) is build(hand("paper"), other)
+    library.unlink()
+
+
+def test_without_a_compiler_a_build_says_so(cache, monkeypatch):
+    monkeypatch.setenv("CC", "no-such-compiler")
+    assert not compiled.can_compile()
+    with pytest.raises(SolverError, match="no C compiler"):
+        compiled.compile_program(hand("paper"), replace(STRUCTURE, samples=4))
+
+
+@needs_a_compiler
+def test_numbers_that_outlive_their_piece_and_every_operation_survive_the_cut(tmp_path, monkeypatch):
+    monkeypatch.setattr(codegen, "PIECE", 5)
+    x = ca.SX.sym("x", 3)
+    y = ca.vertcat(
+        ca.sin(x[0]) * ca.exp(x[1]) + x[2] ** 3, ca.fmax(x[0], x[1]) / ca.sqrt(x[2]), ca.atan2(x[0], x[2]) - ca.pi,
+        ca.if_else(x[0] < x[1], x[2], -x[0]), ca.log1p(x[0]) + ca.fabs(-x[1]) + ca.sign(x[2] - 1), ca.asinh(x[0]), 7.0,
+    )  # fmt: skip
+    f = ca.Function("f", [x], [y, ca.jacobian(y, x)])
+    toolchain.build(tmp_path / "f.so", codegen.sources(f), compiled.FLAGS)
+    g = ca.external("f", str(tmp_path / "f.so"))
+    for point in ([0.3, 0.8, 1.4], [1.2, 0.1, 0.6]):
+        for expected, found in zip(f(point), g(point), strict=True):
+            np.testing.assert_array_equal(np.array(found), np.array(expected))
+
+
+@needs_a_compiler
+def test_a_compiler_error_leaves_nothing_behind(tmp_path):
+    with pytest.raises(SolverError, match=r"fails: f\.c:1.* error: .*; name another in CC"):
+        toolchain.build(tmp_path / "f.so", {"f.c": "this is not C"}, ())
+    assert not list(tmp_path.iterdir())

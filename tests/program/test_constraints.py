@@ -1,0 +1,294 @@
+"""Every constraint: its rows by an independent formula, and the side of its bound on which a bad grasp falls."""
+
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+import pytest
+from scenes import SMALL, exact_grasp, hand, oracle, posed, random_grasp, random_point
+
+from sgnlp.base.presets import PRESETS, ROBUST
+from sgnlp.base.settings import Limits
+from sgnlp.planning.recompute import rotation_angle
+from sgnlp.program.constraints import CONSTRAINTS, active
+from sgnlp.program.equilibrium import GRAVITY
+from sgnlp.program.grasp import Grasp
+from sgnlp.program.ops import Exact
+
+HEAVY = replace(SMALL, contact=replace(SMALL.contact, mass=0.2), limits=replace(SMALL.limits, effort=1.0))
+MOVED = replace(
+    HEAVY,
+    contact=replace(HEAVY.contact, displacement=(0.0, 0.0, 0.01), turn=(0.1, 0.2, -0.1)),
+    weights=replace(HEAVY.weights, pose=1.0),
+)
+CLOSURE = replace(HEAVY, contact=replace(HEAVY.contact, metric="closure", heuristic=1.6))
+NAMES = [c.name for c in CONSTRAINTS]
+PAD = 0.012
+"""Radius of the pads [m]. The table is at 0."""
+
+
+def rows(name: str, g: Grasp) -> np.ndarray:
+    """The unscaled rows of a constraint."""
+    return np.atleast_1d(CONSTRAINTS[NAMES.index(name)].value(g, Exact()))
+
+
+def violated(name: str, g: Grasp, settings=HEAVY) -> bool:
+    low, high = CONSTRAINTS[NAMES.index(name)].bounds(settings)
+    return bool((rows(name, g) < low).any() or (rows(name, g) > high).any())
+
+
+def margin(forces, normals, friction):
+    cosines = [-f @ n / np.linalg.norm(f) for f, n in zip(forces, normals, strict=True)]
+    return np.array(cosines) - np.cos(np.arctan(friction))
+
+
+def distance(points) -> np.ndarray:
+    """μ/|∇μ| at points, the slope rounded at 0."""
+    gpis = posed(HEAVY).gpis
+    return np.array([gpis.mean(z[None])[0] / np.sqrt((gpis.gradient(z[None]) ** 2).sum() + 1e-6) for z in points])
+
+
+def spheres(g: Grasp) -> list[tuple[np.ndarray, float]]:
+    """Centre and radius of every sphere that is no pad."""
+    radii = [sphere.radius for sphere in hand().spheres]
+    return [pair for i, pair in enumerate(zip(g.spheres, radii, strict=True)) if i not in hand().tip_spheres]
+
+
+def gaps(g: Grasp) -> np.ndarray:
+    """The distances of the pads' nearest points, a radius down the normal from their centres."""
+    slopes = posed(HEAVY).gpis.gradient(g.contacts)
+    return distance([p - PAD * s / np.linalg.norm(s) for p, s in zip(g.contacts, slopes, strict=True)])
+
+
+def turning_stiffness(g: Grasp) -> float:
+    """ρ by a determinant: of λ I - S, S = Σ k (o - ō) (R (p - p̄))ᵀ and the load's part, λ = tr S, over λ²."""
+    k, o, p, com = g.gains, g.targets, g.contacts, posed(HEAVY).com
+    middle = (k @ p) / k.sum()
+    S = sum(a * np.outer(b - (k @ o) / k.sum(), g.rotation @ (c - middle)) for a, b, c in zip(k, o, p, strict=True))
+    S = S - 0.2 * GRAVITY * np.outer([0, 0, 1], g.rotation @ (com - middle))
+    return float(np.linalg.det(np.trace(S) * np.eye(3) - S) / np.trace(S) ** 2)
+
+
+def pair_clearances(g: Grasp) -> list[float]:
+    balls = list(zip(g.spheres, [sphere.radius for sphere in hand().spheres], strict=True))
+    return [np.sqrt(((balls[i][0] - balls[j][0]) ** 2).sum()) - balls[i][1] - balls[j][1] for i, j in hand().pairs]
+
+
+def deviations(g: Grasp) -> np.ndarray:
+    """σ/|∇μ| at the contacts."""
+    gpis = posed(HEAVY).gpis
+    return gpis.deviation(g.contacts) / np.sqrt((gpis.gradient(g.contacts) ** 2).sum(axis=1) + 1e-6)
+
+
+def from_centre(g: Grasp) -> np.ndarray:
+    """The contacts at equilibrium from the centre of mass there: the object turns rigidly."""
+    return (g.contacts - posed(HEAVY).com) @ g.rotation.T
+
+
+def centre_eq(g: Grasp) -> np.ndarray:
+    """The centre of mass at equilibrium, by the balance of springs and weight: Σ k (o - p_eq) = M g e_z."""
+    pulled = (g.gains[:, None] * (g.targets - from_centre(g))).sum(axis=0) - [0, 0, 0.2 * GRAVITY]
+    return pulled / g.gains.sum()
+
+
+FORMULAS = {
+    "stiffness": turning_stiffness,
+    "rotation": lambda g: np.trace(g.rotation),
+    "workspace": lambda g: posed(HEAVY).gpis.radius - np.linalg.norm(g.tips - posed(HEAVY).gpis.centre, axis=1),
+    "contact": gaps,
+    "margin_initial": lambda g: margin(g.forces, g.normals, g.friction),
+    "margin_equilibrium": lambda g: margin(g.forces_eq, g.normals @ g.rotation.T, g.friction),
+    "force": lambda g: np.sqrt((g.forces_eq**2).sum(axis=1)),
+    "shift": lambda g: np.linalg.norm(g.contacts_eq - g.contacts, axis=1),
+    "object": lambda g: [distance([centre])[0] - radius for centre, radius in spheres(g)],
+    "pads_object": lambda g: distance(g.tips) - PAD,
+    "table": lambda g: [centre[2] - radius for centre, radius in spheres(g)],
+    "pads_table": lambda g: g.tips[:, 2] - PAD,
+    "self": pair_clearances,
+    "contact_table": lambda g: g.contacts[:, 2] - PAD,
+    "equilibrium_table": lambda g: (from_centre(g) + centre_eq(g))[:, 2] - PAD,
+    "sag": lambda g: g.gains.sum(),
+    "torque_initial": lambda g: g.torques / 0.7,
+    "torque_equilibrium": lambda g: g.torques_eq / 0.7,
+    "cone": lambda g: margin(g.forces, g.normals, g.friction),
+    "press": lambda g: [-k * (o - p) @ n for k, o, p, n in zip(g.gains, g.targets, g.contacts, g.normals, strict=True)],
+    "force_initial": lambda g: np.sqrt((g.forces**2).sum(axis=1)),
+    "net_force": lambda g: (g.gains[:, None] * (g.targets - g.contacts)).sum(axis=0) - [0, 0, 0.2 * GRAVITY],
+    "net_torque": lambda g: sum(np.cross(p - posed(HEAVY).com, f) for p, f in zip(g.contacts, g.forces, strict=True)),
+    "tip": lambda g: np.zeros((4, 3)),
+    "balance_force": lambda g: (g.gains[:, None] * (g.targets - g.contacts_eq)).sum(axis=0) - [0, 0, 0.2 * GRAVITY],
+    "balance_torque": lambda g: sum(np.cross(p, f) for p, f in zip(from_centre(g), g.forces_eq, strict=True)),
+    "gains": lambda g: g.gains * deviations(g),
+}
+
+
+@pytest.fixture
+def g() -> Grasp:
+    return random_grasp(HEAVY, 0)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_rows_of_a_constraint_are_those_of_its_equation(g, name):
+    rounding = 1e-11 if name.startswith("balance_") else 0.0  # [N, N m]: both sides are 0
+    np.testing.assert_allclose(rows(name, g), np.atleast_1d(FORMULAS[name](g)), rtol=1e-10, atol=rounding)
+
+
+CENTIMETRES = (
+    *("workspace", "contact", "shift", "object", "pads_object", "table", "pads_table", "self"),
+    *("contact_table", "equilibrium_table"),
+)
+ONES = {
+    **dict.fromkeys(CENTIMETRES, 0.01),
+    **dict.fromkeys(("rotation", "margin_initial", "margin_equilibrium", "cone"), 1.0),
+    **dict.fromkeys(("force", "press", "force_initial", "net_force", "gains"), 1.0),
+    **dict.fromkeys(("torque_initial", "torque_equilibrium"), 1.0),
+    "stiffness": 0.01,
+    "sag": 100.0,
+    "net_torque": 0.1,
+}
+"""What a row of 1 is: 1 cm, 1, 1 N, the effort, 0.01 N m of stiffness, 100 N/m of gain, 0.1 N m."""
+
+
+@pytest.mark.parametrize("settings", [HEAVY, CLOSURE], ids=["spring", "closure"])
+def test_the_solver_sees_every_row_in_its_unit(settings):
+    functions, problem = oracle(settings, "constrained"), posed(settings)
+    start, x = random_point(problem, functions.nlp, 0)
+    p = problem.parameters(functions.nlp, start.wrist, start.joints)
+    g = exact_grasp(problem, start, x)
+    expected = [np.ravel(FORMULAS[c.name](g)) / ONES[c.name] for c in functions.nlp.constraints]
+    found = np.split(functions.values(x, p), np.cumsum(functions.nlp.row_sizes)[:-1])
+    for c, ours, theirs in zip(functions.nlp.constraints, expected, found, strict=True):
+        np.testing.assert_allclose(theirs, ours, rtol=1e-3, atol=1e-3, err_msg=c.name)  # norms are rounded at 0
+    assert {c.name for c in functions.nlp.constraints} <= set(ONES)
+
+
+def turned(angle_deg: float) -> np.ndarray:
+    c, s = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
+    return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+
+BAD = {  # what makes a grasp violate each constraint, and what does not
+    "stiffness": ({"stiffness": 1e-3}, {"stiffness": 0.1}),
+    "rotation": ({"rotation": turned(ROBUST.limits.rotation_deg + 1)}, {"rotation": turned(9)}),
+    "workspace": ({"ball_clearances": np.array([0.1, -1e-3, 0.1, 0.1])}, {"ball_clearances": np.full(4, 1e-3)}),
+    "contact": ({"gaps": np.array([0, 0, 1e-4, 0])}, {"gaps": np.zeros(4)}),
+    "force": ({"forces_eq": np.full((4, 3), 1.0)}, {"forces_eq": np.full((4, 3), 3.0)}),
+    "object": ({"object_clearances": np.array([0.1, -1e-4])}, {"object_clearances": np.array([0.1, 1e-4])}),
+    "pads_object": ({"pad_clearances": np.array([0.1, -1e-4])}, {"pad_clearances": np.array([0.1, 1e-4])}),
+    "table": ({"table_clearances": np.array([0.1, 0.0])}, {"table_clearances": np.array([0.1, 0.05])}),
+    "pads_table": ({"pad_heights": np.array([0.1, -1e-3])}, {"pad_heights": np.array([0.1, 0.05])}),
+    "self": ({"pair_clearances": np.array([0.1, -1e-4])}, {"pair_clearances": np.array([0.1, 1e-4])}),
+    "contact_table": ({"contact_heights": np.array([-1e-4])}, {"contact_heights": np.array([1e-4])}),
+    "equilibrium_table": ({"contact_heights_eq": np.array([-1e-4])}, {"contact_heights_eq": np.array([1e-4])}),
+    "sag": ({"gains": np.full(4, 40.0)}, {"gains": np.full(4, 60.0)}),  # 0.2 kg over 1 cm: 196 N/m
+    "tip": ({"tip_errors": np.eye(4, 3) * 1e-4}, {"tip_errors": np.zeros((4, 3))}),
+    "balance_force": ({"wrench_eq": np.array([[0, 0, 1e-3], [0, 0, 0]])}, {"wrench_eq": np.zeros((2, 3))}),
+    "balance_torque": ({"wrench_eq": np.array([[0, 0, 0], [0, -1e-3, 0]])}, {"wrench_eq": np.zeros((2, 3))}),
+    "torque_initial": ({"torques": np.eye(16)[3] * -0.72}, {"torques": np.eye(16)[3] * -0.68}),
+    "torque_equilibrium": ({"torques_eq": np.eye(16)[9] * 0.72}, {"torques_eq": np.eye(16)[9] * 0.68}),
+    "force_initial": ({"forces": np.full((4, 3), 7.0)}, {"forces": np.full((4, 3), 3.0)}),
+    "net_force": ({"wrench": np.array([[0, 1e-4, 0], [0, 0, 0]])}, {"wrench": np.zeros((2, 3))}),
+    "net_torque": ({"wrench": np.array([[0, 0, 0], [0, 1e-4, 0]])}, {"wrench": np.zeros((2, 3))}),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_bad_grasp_violates_its_bound_and_a_good_one_does_not(g, name):
+    bad, good = BAD[name]
+    assert violated(name, replace(g, **bad))
+    assert not violated(name, replace(g, **good))
+
+
+@pytest.mark.parametrize("state", ["initial", "equilibrium"])
+def test_pulling_violates_the_margins_and_pressing_does_not(g, state):
+    suffix = "" if state == "initial" else "_eq"
+    normals = getattr(g, f"normals{suffix}")
+    assert violated(f"margin_{state}", replace(g, **{f"forces{suffix}": 5 * normals}))
+    assert not violated(f"margin_{state}", replace(g, **{f"forces{suffix}": -5 * normals}))
+
+
+def test_too_much_force_and_too_much_shift_violate_their_upper_bounds(g):
+    assert violated("force", replace(g, forces_eq=np.full((4, 3), 7.0)))
+    assert violated("shift", replace(g, contacts_eq=g.contacts + np.array([0, 0, 0.011])))
+    assert not violated("shift", replace(g, contacts_eq=g.contacts + np.array([0, 0, 0.009])))
+
+
+def test_the_sag_bound_keeps_the_weight_from_moving_the_object_farther_than_the_shift():
+    low, high = CONSTRAINTS[NAMES.index("sag")].bounds(HEAVY)
+    assert 0.2 * GRAVITY / low == pytest.approx(HEAVY.limits.shift)
+    assert high == inf
+    assert CONSTRAINTS[NAMES.index("sag")].bounds(SMALL)[0] == 0.0
+
+
+def test_the_penalty_formulation_keeps_only_what_makes_it_well_posed():
+    assert [c.name for c in active(("penalty", "spring"))] == ["stiffness", "rotation", "workspace"]
+    assert [c.name for c in active(("penalty", "closure"))] == ["workspace", "cone", "press"]
+    assert len(set(NAMES)) == len(NAMES)
+
+
+def test_a_metric_has_its_own_constraints_and_those_of_every_grasp():
+    spring, closure = ({c.name for c in active(("constrained", metric))} for metric in ("spring", "closure"))
+    assert {"contact", "object", "table", "self", "workspace"} <= spring & closure
+    assert closure - spring == {"cone", "press", "force_initial", "net_force", "net_torque"}
+    assert {"stiffness", "rotation", "margin_equilibrium", "force", "shift", "sag"} <= spring - closure
+    for formulation in ("penalty", "constrained"):
+        free, bound = (active((formulation, "closure", *more)) for more in ([], ["heuristic"]))
+        assert {c.name for c in bound} - {c.name for c in free} == {"gains"}
+
+
+def test_the_gains_of_the_heuristic_are_inverse_to_the_deviations(g):
+    assert not violated("gains", replace(g, gains=1.6 / np.full(4, 0.02), contact_deviations=np.full(4, 0.02)), CLOSURE)
+    assert violated("gains", replace(g, gains=np.full(4, 90.0), contact_deviations=np.full(4, 0.02)), CLOSURE)
+
+
+def test_forces_that_hardly_press_violate_the_least_normal_force_whatever_their_size(g):
+    across = np.cross(g.normals, [0.0, 0.0, 1.0])
+    assert violated("press", replace(g, forces=9 * across - 3.9 * g.normals))
+    assert not violated("press", replace(g, forces=9 * across - 4.1 * g.normals))
+
+
+def test_without_a_pregrasp_the_pads_need_no_clearance_from_the_object(g):
+    touching = replace(g, pad_clearances=np.full(4, -2e-3))
+    assert violated("pads_object", touching)
+    assert not violated("pads_object", touching, replace(HEAVY, contact=replace(HEAVY.contact, c=1.0)))
+
+
+def test_shift_and_rotation_are_bounded_about_the_desired_pose():
+    g, limit = random_grasp(MOVED, 0), MOVED.limits.rotation_deg
+    there = replace(g, contacts_eq=g.contacts_desired, rotation=g.rotation_desired)
+    assert not violated("shift", there, MOVED)
+    assert not violated("rotation", there, MOVED)
+    assert violated("shift", replace(there, contacts_eq=g.contacts), MOVED)
+    assert violated("rotation", replace(there, rotation=np.eye(3)), MOVED)
+    assert np.degrees(rotation_angle(g.rotation_desired)) > limit
+    assert not violated("rotation", replace(there, rotation=turned(limit - 1) @ g.rotation_desired), MOVED)
+    assert violated("rotation", replace(there, rotation=turned(limit + 1) @ g.rotation_desired), MOVED)
+
+
+@pytest.mark.parametrize("settings", [HEAVY, CLOSURE], ids=["spring", "closure"])
+@pytest.mark.parametrize("formulation", ["penalty", "constrained"])
+def test_the_bounds_of_the_rows_are_those_of_the_settings_in_scaled_units(formulation, settings):
+    nlp, problem = oracle(settings, formulation).nlp, posed(settings)
+    low, high = problem.row_bounds(nlp)
+    assert len(low) == len(high) == sum(nlp.row_sizes)
+    start = 0
+    for constraint, size in zip(nlp.constraints, nlp.row_sizes, strict=True):
+        bounds = constraint.bounds(settings)
+        np.testing.assert_allclose(low[start : start + size] * constraint.scale, bounds[0])
+        np.testing.assert_allclose(high[start : start + size] * constraint.scale, bounds[1])
+        start += size
+
+
+@pytest.mark.parametrize("settings", PRESETS.values(), ids=PRESETS)
+def test_no_preset_has_an_empty_interval(settings):
+    for constraint in CONSTRAINTS:
+        low, high = constraint.bounds(settings)
+        assert low <= high, constraint.name
+
+
+def test_each_limit_moves_a_bound():
+    fixed = {"gain_min", "gain_max", "gain_fixed", "wrist_travel"}  # bounds of variables
+    for name, limit in vars(HEAVY.limits).items():
+        if name not in fixed:
+            other = replace(HEAVY, limits=Limits(**vars(HEAVY.limits) | {name: limit + 1e-3}))
+            assert any(c.bounds(other) != c.bounds(HEAVY) for c in CONSTRAINTS), name

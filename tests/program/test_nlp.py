@@ -1,0 +1,175 @@
+"""The nonlinear program: its exact derivatives against differences and against CasADi on the whole expression."""
+
+from dataclasses import fields, replace
+
+import casadi as ca
+import numpy as np
+import pytest
+from finite_differences import assert_jacobian, jacobian
+from scenes import SMALL, block, exact_grasp, hand, oracle, posed, random_point
+
+from sgnlp.base.settings import Contact, GpisSettings, Settings, Weights
+from sgnlp.experiments.benchmarks.plain import plain, plain_hessian
+from sgnlp.planning.warm_start import handed_over
+from sgnlp.program.nlp import UNITS, build, variable_units
+from sgnlp.program.oracle import Oracle
+from sgnlp.program.structure import Structure
+from sgnlp.program.terms import TERMS
+from sgnlp.surface.kernels import KERNELS
+
+FORMULATIONS = ("penalty", "constrained", "lifted")
+EVERY_TERM = Weights(**{field.name: getattr(Weights(), field.name) or 50.0 for field in fields(Weights)})
+LOADED = replace(SMALL, contact=Contact(mass=0.2, friction=0.7, samples=4), weights=EVERY_TERM)
+MOVED = replace(LOADED, contact=replace(LOADED.contact, displacement=(0.01, 0.02, -0.01), turn=(0.2, -0.1, 0.3)))
+TORQUES = replace(LOADED, limits=replace(LOADED.limits, effort=1.0))
+CLOSURE = replace(TORQUES, contact=replace(LOADED.contact, metric="closure", heuristic=1.6))
+PRINTED = replace(LOADED, contact=replace(LOADED.contact, equilibrium="printed", pad=False, density="density"))
+
+
+def with_kernel(settings: Settings, kernel: str, surface_points: int = 60) -> Settings:
+    return replace(settings, gpis=GpisSettings(kernel=kernel, surface_points=surface_points, interior_points=12))
+
+
+def scene(settings: Settings, formulation: str, seed: int = 0):
+    """The functions, a point near a start, its parameters with a weight on every term, random multipliers."""
+    functions, problem = oracle(settings, formulation), posed(settings)
+    start, x = random_point(problem, functions.nlp, seed)
+    p = problem.parameters(functions.nlp, start.wrist, start.joints)
+    x = handed_over(functions, x, p, problem.row_bounds(functions.nlp))
+    x[len(variable_units(problem.hand)) :] += 0.1
+    p[block(functions.nlp.parameters, "weights")] = [getattr(EVERY_TERM, term.weight) for term in TERMS]
+    lam = np.random.default_rng(seed).normal(size=sum(functions.nlp.row_sizes))
+    return functions, x, p, lam
+
+
+def full(H) -> np.ndarray:
+    """The symmetric matrix of an upper triangle."""
+    H = np.array(H)
+    return H + np.triu(H, 1).T
+
+
+@pytest.mark.parametrize("formulation", ["constrained", "lifted"])
+def test_the_derivatives_of_joint_torques_match_differences(formulation):
+    check(*scene(TORQUES, formulation, seed=4))
+
+
+@pytest.mark.parametrize(
+    ("settings", "formulation"),
+    [*((MOVED, formulation) for formulation in FORMULATIONS), (CLOSURE, "penalty"), (CLOSURE, "constrained")],
+)
+def test_the_derivatives_of_desired_motion_and_of_force_closure_match_differences(settings, formulation):
+    check(*scene(settings, formulation, seed=2))
+
+
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("kernel", sorted(KERNELS))
+def test_gradient_jacobian_and_hessian_match_differences(kernel, formulation):
+    functions, x, p, lam = scene(with_kernel(LOADED, kernel), formulation)
+    check(functions, x, p, lam)
+
+
+def test_the_derivatives_match_differences_with_the_printed_equilibrium_without_pads_too():
+    check(*scene(PRINTED, "penalty", seed=1))
+
+
+def test_the_derivatives_match_differences_far_from_a_start_too():
+    functions, x, p, lam = scene(LOADED, "constrained", seed=3)
+    rng = np.random.default_rng(3)
+    check(functions, x + 0.1 * rng.normal(size=len(x)), p, lam)
+
+
+def check(functions: Oracle, x, p, lam) -> None:
+    f, g = functions.gradient(x, p)
+    rows, J = functions.jacobian(x, p)
+    assert float(f) == float(functions.objective(x, p))
+    np.testing.assert_array_equal(np.array(rows), np.array(functions.rows(x, p)))
+    assert_jacobian(lambda y: float(functions.objective(y, p)), g, x)
+    expected, start = jacobian(lambda y: np.array(functions.rows(y, p)).ravel(), x), 0
+    for constraint, size in zip(functions.nlp.constraints, functions.nlp.row_sizes, strict=True):
+        part = slice(start, start + size)
+        scale = np.abs(expected[part]).max()
+        np.testing.assert_allclose(np.array(J)[part], expected[part], atol=1e-6 * scale, err_msg=constraint.name)
+        start += size
+
+    def lagrangian(y):
+        return np.array(functions.gradient(y, p)[1]).ravel() + np.array(functions.jacobian(y, p)[1]).T @ lam
+
+    assert_jacobian(lagrangian, full(functions.hessian(x, p, 1.0, lam)), x)
+
+
+@pytest.mark.parametrize(
+    ("kernel", "formulation"), [*zip(("squared_exponential", "matern52", "matern32"), FORMULATIONS, strict=True)]
+)
+def test_the_chain_with_jets_equals_casadis_differentiation_of_the_whole_expression(kernel, formulation):
+    """One kernel each, thin plate below: the others' jets are compared by themselves, in test_jets."""
+    compare_with_casadi(with_kernel(LOADED, kernel), formulation)
+
+
+@pytest.mark.parametrize(
+    ("settings", "formulation"), [(MOVED, "constrained"), (CLOSURE, "penalty")], ids=["moved", "closure"]
+)
+def test_so_it_does_with_a_desired_motion_and_for_force_closure(settings, formulation):
+    compare_with_casadi(settings, formulation)
+
+
+def compare_with_casadi(settings: Settings, formulation: str) -> None:
+    small = replace(settings.gpis, surface_points=12, interior_points=12)
+    contact = replace(settings.contact, samples=2)
+    settings = replace(settings, spheres="paper", gpis=small, contact=contact)
+    functions, x, p, lam = scene(settings, formulation)
+    program = hand("paper"), functions.nlp.structure, posed(settings).gpis
+    y, q, objective, constraints = plain(*program)
+    first = [objective, ca.gradient(objective, y), constraints, ca.jacobian(constraints, y)]
+    f, g, rows, J = (np.array(a) for a in ca.Function("first", [y, q], first)(x, p))
+    H = np.array(plain_hessian(*program)(x, p, 0.7, lam))
+    near = {"rtol": 1e-9}
+    np.testing.assert_allclose(np.array(functions.objective(x, p)), f, **near)
+    np.testing.assert_allclose(np.array(functions.gradient(x, p)[1]), g, atol=1e-9 * np.abs(g).max(), **near)
+    np.testing.assert_allclose(np.array(functions.rows(x, p)), rows, atol=1e-9, **near)
+    np.testing.assert_allclose(np.array(functions.jacobian(x, p)[1]), J, atol=1e-9 * np.abs(J).max(), **near)
+    np.testing.assert_allclose(np.array(functions.hessian(x, p, 0.7, lam)), H, atol=1e-9 * np.abs(H).max(), **near)
+
+
+def test_the_hessian_is_linear_in_its_multipliers():
+    functions, x, p, lam = scene(LOADED, "constrained")
+    both, objective, rows = (full(functions.hessian(x, p, *a)) for a in ((2.0, lam), (1.0, 0 * lam), (0.0, lam)))
+    np.testing.assert_allclose(both, 2 * objective + rows, rtol=1e-10, atol=1e-9 * np.abs(both).max())
+
+
+def test_the_query_points_are_contacts_paths_spheres_and_targets_in_this_order():
+    functions, problem = oracle(LOADED, "penalty"), posed(LOADED)
+    start, x = random_point(problem, functions.nlp, 2)
+    p = problem.parameters(functions.nlp, start.wrist, start.joints)
+    Z, g = np.array(functions.nlp.points(x, p)[0]), exact_grasp(problem, start, x)
+    m, K, S = functions.nlp.layout.m, functions.nlp.layout.K, functions.nlp.layout.S
+    contacts, paths, spheres, targets = np.split(Z, [m, m + m * K, m + m * K + S])
+    near = {"atol": 1e-12}
+    np.testing.assert_allclose(contacts, g.contacts, **near)
+    np.testing.assert_allclose(spheres, g.spheres, **near)
+    np.testing.assert_allclose(targets, g.targets, **near)
+    for i, path in enumerate(paths.reshape(m, K, 3)):
+        np.testing.assert_allclose(path[0], g.tips[i], **near)
+        np.testing.assert_allclose(path[-1], g.targets[i], **near)
+        np.testing.assert_allclose(np.diff(path, n=2, axis=0), 0, **near)
+
+
+def test_variables_have_their_documented_order_and_units():
+    units = variable_units(hand())
+    n, m = len(hand().joint_names), len(hand().fingers)
+    assert len(units) == 6 + n + 4 * m
+    np.testing.assert_array_equal(units[:3], UNITS["linear"])
+    np.testing.assert_array_equal(units[3 : 6 + n], UNITS["angular"])
+    np.testing.assert_array_equal(units[6 + n : -m], UNITS["target"])
+    np.testing.assert_array_equal(units[-m:], UNITS["gain"])
+
+
+def test_the_same_hand_and_structure_give_the_same_functions():
+    structure = Structure("penalty", 4, "share", "exact")
+    assert build(hand(), structure) is build(hand(), structure)
+    assert build(hand(), structure) is not build(hand(), replace(structure, samples=5))
+
+
+def test_terms_that_constraints_replace_leave_the_constrained_objective():
+    for settings, replaced in ((LOADED, {"dist", "col", "force"}), (CLOSURE, {"dist", "col", "closure"})):
+        names = {f: {t.name for t in oracle(settings, f).nlp.terms_used} for f in ("penalty", "constrained")}
+        assert names["penalty"] - names["constrained"] == replaced

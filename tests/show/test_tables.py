@@ -1,0 +1,151 @@
+"""The printed tables: units are seen, numbers are those of the plan, nothing in a name is taken for markup."""
+
+import re
+from dataclasses import replace
+
+import pytest
+from plans import small_plan
+from rich.console import Console
+from scenes import hand
+
+from sgnlp import cli
+from sgnlp.planning.plan import Plan
+from sgnlp.planning.pool import Failure
+from sgnlp.planning.summary import summary
+from sgnlp.planning.violations import Violation
+from sgnlp.program.terms import TERMS
+from sgnlp.show import tables as report
+
+
+def printed(*tables: object, width: int = 80) -> str:
+    """What the command line's console shows of tables on a terminal of that width."""
+    console = cli._Console()
+    console.width = width
+    with console.capture() as capture:
+        for table in tables:
+            console.print(table)
+    return capture.get()
+
+
+def lines(table: object, width: int = 80) -> list[list[str]]:
+    """The cells of a printed table, split at double spaces."""
+    return [re.split(r"\s{2,}", line.strip()) for line in printed(table, width=width).splitlines()]
+
+
+@pytest.fixture
+def plan() -> Plan:
+    return small_plan()
+
+
+def test_the_starts_are_listed_best_first_and_failures_last(plan):
+    table = lines(report.starts_table(replace(plan, failures=(Failure(9, "stopped after 1 s"),))), width=100)
+    assert table[0] == ["Starts, best first"]
+    assert [line[0] for line in table[2:]] == [*(str(s.start) for s in plan.solutions), "9"]
+    assert table[-1] == ["9", "no", "stopped after 1 s"]
+    first = plan.solutions[0]
+    assert table[2][1:5] == [
+        "yes",
+        f"{first.worst_margin:.3f}",
+        f"{first.grasp.stiffness:.3f}",
+        f"{first.energy:.1f}",
+    ]
+    assert table[2][-2:] == [str(first.iterations), f"{first.seconds:.2f}"]
+
+
+def test_what_fails_is_named_in_the_row(plan):
+    bad = plan.solutions[0]
+    checks = tuple(replace(c, value=-1e9) if c.name in ("force", "stiffness") else c for c in bad.checks)
+    row = lines(report.starts_table(replace(plan, solutions=(replace(bad, checks=checks),))), width=100)[2]
+    assert row[1] == "no"
+    assert row[-1] == "force; stiffness"
+
+
+def test_units_are_seen_and_every_table_fits_a_terminal_of_80_columns(plan):
+    text = printed(*report.tables(plan))
+    for unit in ("[N m]", "[s]", "[N/m]", "[N]", "[mm]"):
+        assert unit in text, unit
+    assert printed(report.starts_table(plan)).count("\n") == 2 + len(plan.solutions)
+    assert printed(report.fingers_table(plan, plan.best)).count("\n") == 2 + len(hand().fingers)
+    assert printed(report.energy_table(plan, plan.best)).count("\n") == 3 + len(TERMS)
+    assert printed(report.checks_table(plan.best)).count("\n") == 3 + len(plan.best.checks)
+
+
+def test_the_fingers_table_has_the_numbers_of_the_summary(plan):
+    table = lines(report.fingers_table(plan, plan.best))
+    assert "margin t0, eq" in table[1]
+    for line, (name, finger) in zip(table[2:], summary(plan)["best"]["fingers"].items(), strict=True):
+        assert line == [
+            name,
+            f"{finger['gain']:.0f}",
+            f"{finger['force']:.2f}",
+            f"{finger['margin_initial']:.3f} {finger['margin_equilibrium']:.3f}",
+            f"{finger['contact_distance_mm']:.2f}",
+            f"{finger['deviation_mm']:.1f}",
+            " ".join(f"{1e3 * x:+.0f}" for x in finger["target"]),
+        ]
+
+
+def test_the_shares_of_the_energy_add_up(plan):
+    table = lines(report.energy_table(plan, plan.best))
+    shares = [float(line[-1]) for line in table[2:]]
+    assert sum(shares[:-1]) == pytest.approx(shares[-1], abs=0.005 * len(shares))
+    assert table[-1] == ["total", f"{plan.best.energy:.2f}"]
+
+
+def test_what_a_grasp_does_not_satisfy_is_listed_by_name_in_millimetres(plan):
+    missed = (
+        Violation("table[palm_ring]", 3e-3, 0.012, "m", 0.9),
+        Violation("margin_initial[ring]", -0.1, 0.0, "", 0.1),
+    )
+    first = replace(plan.solutions[0], violations=missed)
+    assert lines(report.violations_table(first))[2:] == [
+        ["table[palm_ring]", "3 mm", "12 mm", "9 mm"],
+        ["margin_initial[ring]", "-0.1", "0", "0.1"],
+    ]
+    with_list, without = (
+        report.tables(replace(plan, solutions=(replace(first, violations=v), *plan.solutions[1:])))
+        for v in (missed, ())
+    )
+    assert len(with_list) == len(without) + 1
+
+
+def test_every_check_is_shown_with_its_bound(plan):
+    table = {line[0]: line[1:] for line in lines(report.checks_table(plan.best))}
+    for check in plan.best.checks:
+        value, least, passed = table[check.name]
+        assert value == f"{check.value:.3g} {check.unit}".strip()
+        assert least == f"{check.least:.3g} {check.unit}".strip()
+        assert passed == "yes"
+    assert table["object turns by"][0].endswith(" deg")
+
+
+def test_a_plan_without_solutions_has_only_the_table_of_starts(plan):
+    none = replace(plan, solutions=(), failures=(Failure(0, "a"), Failure(1, "b")))
+    assert len(report.tables(none)) == 1
+    assert len(report.tables(plan)) == 4
+    assert report.headline(none).startswith("ellipsoid: 0 of 2 starts feasible in ")
+    assert report.headline(plan).startswith("ellipsoid: 2 of 2 starts feasible in ")
+
+
+@pytest.mark.parametrize("text", ["[red]", "[/]", "[1]", ":warning:", "[N] [/bold]"])
+def test_what_looks_like_markup_is_shown_as_it_is(plan, text):
+    assert text in printed(report.starts_table(replace(plan, failures=(Failure(0, text),))), width=100)
+    assert text in printed(report.facts_table(text, {"name": "value"}))
+    assert text in printed(report.rows_table("title", [{"views": text}]))
+
+
+def test_hands_are_listed_with_their_sizes():
+    row = lines(report.hands_table([hand()]))[2]
+    assert row == [hand().name, "index, middle, ring, thumb", "16", str(len(hand().spheres)), "7"]
+
+
+def test_lines_become_a_table_and_the_same_in_markdown():
+    rows = [{"object": "mug", "starts": "7"}, {"object": "all", "starts": "7"}]
+    assert lines(report.rows_table("A title", rows)) == [["A title"], ["object", "starts"], ["mug", "7"], ["all", "7"]]
+    assert report.markdown(rows) == "| object | starts |\n| --- | --- |\n| mug | 7 |\n| all | 7 |\n"
+
+
+def test_tables_are_built_without_printing(plan, capfd):
+    report.tables(plan)
+    assert capfd.readouterr() == ("", "")
+    assert isinstance(cli._Console(), Console)
