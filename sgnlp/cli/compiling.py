@@ -13,9 +13,8 @@ from sgnlp.base.errors import MachineError, SolverError
 from sgnlp.base.settings import Settings
 from sgnlp.cli.progress import Bar
 from sgnlp.hand.hand import Hand
-from sgnlp.planning.ipopt import schedule
+from sgnlp.planning.additions import NOTHING
 from sgnlp.program import compiled
-from sgnlp.program.structure import structure
 from sgnlp.surface import native
 
 PATIENCE = 10
@@ -31,10 +30,10 @@ def build(hand: Hand, settings: Settings, jobs: int, bar: Callable[[str, int | N
         SolverError: there is no compiler, it fails, or the cache cannot be written.
         MachineError: there is no room for it.
     """
-    for formulation, _ in schedule(settings.solver):
-        progress = bar(f"compiling {formulation}", None).move
+    for structure in NOTHING.structures(settings):
+        progress = bar(f"compiling {structure.formulation.name}", None).move
         try:
-            compiled.compile_program(hand, structure(settings, formulation), jobs, progress)
+            compiled.compile_program(hand, structure, jobs, progress)
         except (SolverError, MachineError) as error:
             raise type(error)(f"cannot compile: {error}") from None
 
@@ -46,9 +45,8 @@ def worthwhile(hand: Hand, settings: Settings, starts: int) -> bool:
 
 def missing(hand: Hand, settings: Settings) -> bool:
     """Whether a formulation of the settings is not in the cache, though compiled functions are wanted."""
-    formulations = [formulation for formulation, _ in schedule(settings.solver)]
-    paths = [compiled.path(hand, structure(settings, formulation)) for formulation in formulations]
-    return settings.solver.compiled and not all(map(compiled.built, paths))
+    paths = [compiled.path(hand, structure) for structure in NOTHING.structures(settings)]
+    return settings.solver.compiled and not all(path is None or compiled.built(path) for path in paths)
 
 
 def offer(console: Console, hand: Hand, name: str, settings: Settings) -> None:

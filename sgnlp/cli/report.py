@@ -57,7 +57,7 @@ def write(folder: Path, file: Path | None = None, hand: str | None = None) -> li
     folder = folder if folder.is_dir() else folder.parent
     summary = results.load_summary(folder, result.grasps)
     command = again.command(result.grasps.meta, folder)
-    report = dossier.dossier(result, summary, _courses(folder / results.COURSES), command, _simulated(folder))
+    report = dossier.dossier(result, summary, _courses(folder / results.HISTORY), command, _simulated(folder))
     text, pictures = dossier.markdown(report)
     results.write_files(
         folder, pictures | {MARKDOWN: results.encoded(text), HTML: results.encoded(dossier.html(report))}

@@ -15,7 +15,7 @@ from sgnlp.cli.progress import starts_bar
 from sgnlp.hand.hand import load_hand
 from sgnlp.planning import results
 from sgnlp.planning.plan import Plan, solve
-from sgnlp.planning.summary import arrays, courses, summary
+from sgnlp.planning.summary import arrays, histories, summary
 from sgnlp.show import tables
 
 
@@ -56,7 +56,7 @@ class Solve(Observing):
                 progress=advance,
             )
         outcome = summary(plan)
-        results.save(arrays(plan), outcome, folder, courses(plan))
+        results.save(arrays(plan), outcome, folder, histories(plan))
         pages = reporting.write(folder, hand=self.hand) if reporting and plan.solutions else []
         if self.json:
             sys.stdout.write(results.json_text(outcome))

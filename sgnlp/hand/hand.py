@@ -58,6 +58,11 @@ class Hand:
     """SHA-256 of the description, the URDF and the preset of spheres."""
 
     @property
+    def tip_radii(self) -> Array:
+        """Radius of each finger's pad (m,) [m]."""
+        return np.array([finger.radius for finger in self.fingers])
+
+    @property
     def moving_joints(self) -> tuple[str, ...]:
         """The joints that move, those of their own first, then those that mimic them."""
         return (*self.joint_names, *(mimic.name for mimic in self.mimics))

@@ -24,12 +24,13 @@ SERIES_TERMS = 16
 
 @dataclass(frozen=True)
 class Frames:
-    """Symbolic positions in the world of a hand with m fingers and S spheres."""
+    """Symbolic positions in the world of a hand with m fingers, S spheres and L links."""
 
     tips: ca.SX  # (m, 3) [m]
     spheres: ca.SX  # (S, 3) [m]
     position: ca.SX  # (3,) [m], origin of the root link
     rotation: ca.SX  # (3, 3), orientation of the root link
+    origins: ca.SX  # (L, 3) [m], origins of the frames of `link_names`
 
 
 def backends() -> tuple[Backend, ...]:
@@ -66,7 +67,8 @@ def forward(hand: Hand, wrist: ca.SX, joints: ca.SX, v: ca.SX, using: Backend | 
 
     tips = points([(finger.frame, finger.offset) for finger in hand.fingers])
     spheres = points([(sphere.link, sphere.centre) for sphere in hand.spheres])
-    return Frames(*ca.cse([tips, spheres, position, rotation]))
+    origins = points([(link, np.zeros(3)) for link in link_names(hand)])
+    return Frames(*ca.cse([tips, spheres, position, rotation]), origins=origins)
 
 
 def integrate(hand: Hand, wrist: Array, joints: Array, v: Array) -> tuple[Array, Array]:
@@ -74,20 +76,31 @@ def integrate(hand: Hand, wrist: Array, joints: Array, v: Array) -> tuple[Array,
     return pin.liegroups.SE3().integrate(np.asarray(wrist, float), np.asarray(v[:6], float)), joints + v[6:]
 
 
+def link_names(hand: Hand) -> tuple[str, ...]:
+    """The L links of a hand, in Pinocchio's order; the root link first."""
+    return tuple(frame.name for frame in hand.model.frames if frame.type == pin.FrameType.BODY)
+
+
+def link_origins(hand: Hand, wrist: Array, joints: Array) -> Array:
+    """Origins (L, 3) [m] of the frames of `link_names` in the world, by numeric Pinocchio."""
+    return _places(hand, wrist, joints, [(link, np.zeros(3)) for link in link_names(hand)])
+
+
 def frames(hand: Hand, wrist: Array, joints: Array) -> tuple[Array, Array]:
     """World positions of the tips (m, 3) and spheres (S, 3) [m] by numeric Pinocchio, independent of `forward`."""
+    tips = [(finger.frame, finger.offset) for finger in hand.fingers]
+    spheres = [(sphere.link, sphere.centre) for sphere in hand.spheres]
+    places = _places(hand, wrist, joints, tips + spheres)
+    return places[: len(tips)], places[len(tips) :]
+
+
+def _places(hand: Hand, wrist: Array, joints: Array, points: list[tuple[str, Array]]) -> Array:
+    """World positions (K, 3) [m] of points fixed to links."""
     data = hand.model.createData()
     pin.framesForwardKinematics(hand.model, data, np.asarray(joints, float))
     root = pin.XYZQUATToSE3(np.asarray(wrist, float))
-
-    def points(places: list[tuple[str, Array]]) -> Array:
-        rows = [root.act(data.oMf[_frame(hand, link)].act(np.array(point))) for link, point in places]
-        return np.array(rows).reshape(-1, 3)
-
-    return (
-        points([(finger.frame, finger.offset) for finger in hand.fingers]),
-        points([(sphere.link, sphere.centre) for sphere in hand.spheres]),
-    )
+    rows = [root.act(data.oMf[_frame(hand, link)].act(np.array(point))) for link, point in points]
+    return np.array(rows).reshape(-1, 3)
 
 
 def joint_torques(hand: Hand, wrist: Array, joints: Array, forces: Array) -> Array:

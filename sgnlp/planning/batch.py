@@ -21,7 +21,7 @@ from sgnlp.perception.observation import DEFAULTS, Observation, ObservationSetti
 from sgnlp.planning import results
 from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.plan import solve
-from sgnlp.planning.summary import arrays, courses, summary
+from sgnlp.planning.summary import arrays, histories, summary
 from sgnlp.planning.workers import Workers, each, one_at_a_time
 
 
@@ -138,7 +138,7 @@ def plan(task: Task, file: Path) -> Planned:
         hand = load_hand(task.hand, task.settings.spheres)
         options = {"count": task.count, "seed": task.seed, "timeout": task.timeout}
         found = solve(task.load(file), hand, task.settings, jobs=1, **options)  # type: ignore[arg-type]
-        return arrays(found), summary(found), courses(found)
+        return arrays(found), summary(found), histories(found)
 
 
 def _saved(file: Path, name: str, planned: Planned | str, folder: Path) -> Row:

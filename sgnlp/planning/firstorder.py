@@ -14,6 +14,7 @@ from sgnlp.hand.hand import Hand
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.starts import Start, initial
 from sgnlp.program.compiled import program
+from sgnlp.program.formulations.penalty import Penalty
 from sgnlp.program.nlp import UNITS, variable_kinds
 from sgnlp.program.oracle import Functions, join
 
@@ -85,7 +86,7 @@ def learning_rates(hand: Hand) -> Array:
 
 def descend(problem: Problem, start: Start, optimiser: str, steps: int) -> Descent:
     """Run `steps` steps of an optimiser on the smoothed penalty energy from a start."""
-    nlp = program(problem.hand, problem.structure("penalty"), problem.settings.solver.compiled)
+    nlp = program(problem.hand, problem.structure(Penalty()), problem.settings.solver.compiled)
     oracle = join(nlp, problem.gpis, problem.settings.solver.compiled)
     p = problem.parameters(nlp, start.wrist, start.joints)
     x_bounds, g_bounds = problem.variable_bounds(nlp, start.joints), problem.row_bounds(nlp)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sgnlp.hand.hand import Hand
 from sgnlp.planning.solution import Solution
-from sgnlp.program.terms import TERMS
+from sgnlp.program.terms import Term
 
 Array = NDArray[np.float64]
 
@@ -65,20 +65,20 @@ PER_HAND = ("joint_names", "finger_names", "term_names")
 """Fields that are not per grasp."""
 
 
-def stack(hand: Hand, solutions: Sequence[Solution], meta: dict[str, Any]) -> Grasps:
-    """The arrays of solutions, in their order; of no solutions, the same arrays with G = 0."""
+def stack(hand: Hand, terms: Sequence[Term], solutions: Sequence[Solution], meta: dict[str, Any]) -> Grasps:
+    """The arrays of solutions of a plan with these terms, in their order; of no solutions, the same with G = 0."""
     rows = [_row(solution) for solution in solutions]
-    arrays = {name: np.array([row[name] for row in rows]) for name in rows[0]} if rows else _no_rows(hand)
+    arrays = {name: np.array([row[name] for row in rows]) for name in rows[0]} if rows else _no_rows(hand, len(terms))
     return Grasps(
         **arrays,
         joint_names=np.array(hand.joint_names),
         finger_names=np.array([finger.name for finger in hand.fingers]),
-        term_names=np.array([term.name for term in TERMS]),
+        term_names=np.array([term.name for term in terms]),
         meta=meta,
     )
 
 
-def _no_rows(hand: Hand) -> dict[str, Any]:
+def _no_rows(hand: Hand, T: int) -> dict[str, Any]:
     n, m, S = len(hand.joint_names), len(hand.fingers), len(hand.spheres)
     points = ("tips_pregrasp", "contacts", "contact_points", "targets", "normals", "contacts_eq")
     numbers = (
@@ -92,7 +92,7 @@ def _no_rows(hand: Hand) -> dict[str, Any]:
     )
     shapes = dict.fromkeys((*points, "forces_initial", "forces_eq"), (m, 3)) | dict.fromkeys(numbers, (m,))
     shapes |= {"wrist": (7,), "joints": (n,), "rotation_eq": (3, 3), "translation_eq": (3,), "kkt": (3,)}
-    shapes |= {"object_clearance": (S - m,), "table_clearance": (S - m,), "energy_terms": (len(TERMS),)}
+    shapes |= {"object_clearance": (S - m,), "table_clearance": (S - m,), "energy_terms": (T,)}
     kinds = {"feasible": bool, "violated": str, "status": str, "iterations": np.int64, "start": np.int64}
     names = [f.name for f in fields(Grasps) if f.name not in (*PER_HAND, "meta")]
     return {name: np.zeros((0, *shapes.get(name, ())), kinds.get(name, float)) for name in names}

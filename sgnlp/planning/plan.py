@@ -1,7 +1,7 @@
 """Plan grasps: from an observation to ranked solutions."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 
@@ -10,11 +10,16 @@ from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand
 from sgnlp.perception.observation import Observation
+from sgnlp.planning.additions import Additions
 from sgnlp.planning.faraway import moved_cloud, moved_problem, moved_solution, origin
 from sgnlp.planning.pool import Failure, solve_all
-from sgnlp.planning.problem import Problem, pose
+from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.planning.solution import Solution, rank
+from sgnlp.planning.solvers.solver import Solver
 from sgnlp.planning.starts import starts
+from sgnlp.program.constraint import Constraint
+from sgnlp.program.formulation import Formulation
+from sgnlp.program.terms import Term
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +49,12 @@ def solve(
     hand: str | Hand = "allegro_left",
     settings: Settings = ROBUST,
     *,
+    terms: Sequence[Term] = (),
+    constraints: Sequence[Constraint] = (),
+    without_terms: Sequence[str] = (),
+    without_constraints: Sequence[str] = (),
+    formulation: Formulation | None = None,
+    solver: Solver | None = None,
     count: int = 7,
     seed: int = 0,
     jobs: int = 2,
@@ -56,6 +67,12 @@ def solve(
         observation: the cloud, from `sgnlp.load` or `sgnlp.observe`.
         hand: name of a hand, or a loaded one.
         settings: all settings; `sgnlp.preset` has "robust" (default) and "paper".
+        terms: added to those of the settings; one of a built-in name takes that one's place.
+        constraints: the same.
+        without_terms: names of built-in terms to leave out.
+        without_constraints: names of built-in constraints to leave out.
+        formulation: in the place of that of the settings.
+        solver: in the place of Ipopt as the settings have it.
         count: number of starts; the first are those of the hand's file.
         seed: of the training set and of the starts beyond the file's. The same seed gives the same result.
         jobs: worker processes; the result does not depend on it.
@@ -70,10 +87,13 @@ def solve(
     begin = time.perf_counter()
     middle = origin(observation)
     far = bool(middle.any())
-    problem = pose(moved_cloud(observation, -middle) if far else observation, hand, settings, seed)
+    without = tuple(without_terms), tuple(without_constraints)
+    additions = Additions(tuple(terms), tuple(constraints), *without, formulation)
+    near = moved_cloud(observation, -middle) if far else observation
+    problem = build_problem(near, hand, settings, seed, additions)
     fitted = time.perf_counter()
     results = []
-    with closing(solve_all(problem, starts(problem, count, seed), jobs, timeout)) as ended:
+    with closing(solve_all(problem, starts(problem, count, seed), jobs, timeout, solver)) as ended:
         for result in ended:
             progress(result)
             results.append(result)

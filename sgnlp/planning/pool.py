@@ -18,9 +18,10 @@ from threadpoolctl import threadpool_limits
 
 from sgnlp.base import semaphores
 from sgnlp.base.processes import die_with_parent
-from sgnlp.planning.ipopt import Planner, schedule
+from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution, solution
+from sgnlp.planning.solvers.solver import Solver
 from sgnlp.planning.starts import Start
 from sgnlp.program.compiled import program
 
@@ -29,7 +30,9 @@ T = TypeVar("T")
 CONSTS.sleep_unit = 0.01
 """Seconds between two looks of a pool at its processes. With pebble's 0.1 ending a pool takes as long as a start."""
 
-_problem: Problem | None = None
+Given = tuple[Problem, Solver | None]
+
+_given: Given | None = None
 
 
 @dataclass(frozen=True)
@@ -43,34 +46,38 @@ class Failure:
 def solve_start(planner: Planner, start: Start) -> Solution:
     """The solution of one start."""
     iterate = planner.solve(start)
-    return solution(planner.problem, start, iterate, planner.phases[-1].oracle.nlp.units)
+    return solution(planner.problem, start, iterate, planner.stages[-1].nlp.units)
 
 
 def solve_all(
-    problem: Problem, starts: Sequence[Start], jobs: int, timeout: float | None
+    problem: Problem, starts: Sequence[Start], jobs: int, timeout: float | None, solver: Solver | None = None
 ) -> Generator[Solution | Failure, None, None]:
     """Solve every start in `jobs` processes, yielding solutions as they come; see `map_starts`."""
-    return map_starts(solve_start, problem, starts, jobs, timeout)
+    return map_starts(solve_start, problem, starts, jobs, timeout, solver)
 
 
 def map_starts(
-    task: Callable[[Planner, Start], T], problem: Problem, starts: Sequence[Start], jobs: int, timeout: float | None
+    task: Callable[[Planner, Start], T],
+    problem: Problem,
+    starts: Sequence[Start],
+    jobs: int,
+    timeout: float | None,
+    solver: Solver | None = None,
 ) -> Generator[T | Failure, None, None]:
     """Apply a task to every start in `jobs` processes, yielding results as they come.
 
     `timeout` [s] is a start's limit; one that overruns it, or whose process dies, is a `Failure`. Leaving the
     iteration early, by an exception too, ends every process. Without semaphores one start is solved at a time.
     """
-    for formulation, _ in schedule(problem.settings.solver):
-        # before the fork, so that workers inherit it
-        program(problem.hand, problem.structure(formulation), problem.settings.solver.compiled)
+    for phase in problem.phases:  # before the fork, so that workers inherit it
+        program(problem.hand, problem.structure(phase.formulation), problem.settings.solver.compiled)
     if semaphores.fault():
-        yield from (_apart(task, problem, start, timeout) for start in starts)
+        yield from (_apart(task, (problem, solver), start, timeout) for start in starts)
         return
     pool = ProcessPool(
         max_workers=min(jobs, len(starts)),
         initializer=_initialise,
-        initargs=(problem,),
+        initargs=(problem, solver),
         context=multiprocessing.get_context("fork"),
     )
     try:
@@ -105,11 +112,11 @@ def _failed(start: Start, error: Exception) -> Failure:
     return Failure(start.index, f"{type(error).__name__}: {str(error).splitlines()[0] if str(error) else ''}")
 
 
-def _apart(task: Callable[[Planner, Start], T], problem: Problem, start: Start, timeout: float | None) -> T | Failure:
+def _apart(task: Callable[[Planner, Start], T], given: Given, start: Start, timeout: float | None) -> T | Failure:
     """The result of one start in a process forked for it, which sends it through a pipe."""
     context = multiprocessing.get_context("fork")
     ours, theirs = context.Pipe(duplex=False)
-    process = context.Process(target=_send, args=(theirs, task, problem, start), daemon=True)
+    process = context.Process(target=_send, args=(theirs, task, given, start), daemon=True)
     process.start()
     theirs.close()
     try:
@@ -123,29 +130,29 @@ def _apart(task: Callable[[Planner, Start], T], problem: Problem, start: Start, 
         ours.close()
 
 
-def _send(pipe: Connection, task: Callable[[Planner, Start], T], problem: Problem, start: Start) -> None:
-    _initialise(problem)
+def _send(pipe: Connection, task: Callable[[Planner, Start], T], given: Given, start: Start) -> None:
+    _initialise(*given)
     try:
         pipe.send(_run(task, start))
     except Exception as error:
         pipe.send(_failed(start, error))
 
 
-def _initialise(problem: Problem) -> None:
+def _initialise(problem: Problem, solver: Solver | None) -> None:
     """Ready a worker: interrupts are the parent's business, and one process is one thread."""
-    global _problem
+    global _given
     die_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threadpool_limits(1)
-    _problem = problem
+    _given = problem, solver
 
 
 @lru_cache(maxsize=1)
-def _planner(problem: Problem) -> Planner:
+def _planner(problem: Problem, solver: Solver | None) -> Planner:
     """Made with the first task and not on the worker's start, so that an error is the task's."""
-    return Planner(problem)
+    return Planner(problem, solver)
 
 
 def _run(task: Callable[[Planner, Start], T], start: Start) -> T:
-    assert _problem is not None
-    return task(_planner(_problem), start)
+    assert _given is not None
+    return task(_planner(*_given), start)

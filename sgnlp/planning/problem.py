@@ -1,6 +1,7 @@
 """A planning problem: a hand, a fitted surface and settings, as numbers for the nonlinear program."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +12,12 @@ from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation
-from sgnlp.planning.warm_start import added_bounds
+from sgnlp.planning.additions import NOTHING, Additions
+from sgnlp.program.constraint import Constraint
+from sgnlp.program.formulation import Formulation, Phase
 from sgnlp.program.nlp import Nlp, variable_units
 from sgnlp.program.structure import Structure, structure
-from sgnlp.program.terms import TERMS
+from sgnlp.program.terms import Term
 from sgnlp.surface.gpis import Gpis, fit
 from sgnlp.surface.training import training_set
 
@@ -26,7 +29,10 @@ MAX_TURN = 1.8
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A hand, a surface and settings. `box` (2, 3) [m] are the corners of the observed points' box."""
+    """A hand, a surface and settings, with the terms and constraints of the plan.
+
+    `box` (2, 3) [m] are the corners of the observed points' box.
+    """
 
     hand: Hand
     gpis: Gpis
@@ -34,52 +40,59 @@ class Problem:
     box: Array
     table_height: float
     com: Array  # (3,) [m], centre of mass: the middle of the box
+    terms: tuple[Term, ...]
+    constraints: tuple[Constraint, ...]
+    formulation: Formulation
 
-    def structure(self, formulation: str) -> Structure:
-        """The structure of the symbolic functions of a formulation, `penalty`, `constrained`, `elastic` or `lifted`."""
-        return structure(self.settings, formulation)
+    @property
+    def phases(self) -> tuple[Phase, ...]:
+        """The programs that its formulation solves in turn."""
+        return self.formulation.phases(self.settings.solver)
+
+    def structure(self, formulation: Formulation) -> Structure:
+        """The structure of the symbolic functions of a formulation of this problem."""
+        return structure(self.settings, formulation, self.terms, self.constraints)
 
     def weights(self) -> Array:
-        """The weight of each of `energies.TERMS`; 0 for another metric and for the motion if E_pose replaces it."""
-        metric = self.settings.contact.metric
-        others = {t.name for t in TERMS if t.metric not in ("", metric)} | ({"reg_motion"} if self.moves else set())
-        return np.array([0.0 if t.name in others else getattr(self.settings.weights, t.weight) for t in TERMS])
+        """The weights (T,) of the terms."""
+        return np.array([term.weight for term in self.terms])
 
     @property
     def moves(self) -> bool:
         """Whether the object is to move on the way to the equilibrium: E_pose has a weight."""
         return self.settings.weights.pose > 0
 
-    @property
-    def displacement(self) -> Array:
-        """Desired displacement (3,) [m] of the object's middle on the way to the equilibrium."""
-        return np.array(self.settings.contact.displacement) * self.moves
+    def numbers(self) -> dict[str, Any]:
+        """The numbers of the problem that a grasp depends on, beside its variables: shapes and units as in `Grasp`.
 
-    @property
-    def turn(self) -> Array:
-        """Desired rotation (3, 3) of the object about its middle."""
-        return exp3(np.array(self.settings.contact.turn) * self.moves)
+        `displacement` (3,) [m] and `turn` (3, 3) are the desired motion of the object's middle to the equilibrium.
+        """
+        contact = self.settings.contact
+        return {
+            "c": contact.c,
+            "friction": contact.friction,
+            "pad": float(contact.pad),
+            "force_min": self.settings.limits.force_min,
+            "displacement": np.array(contact.displacement) * self.moves,
+            "turn": exp3(np.array(contact.turn) * self.moves),
+            "mass": contact.mass,
+            "com": self.com,
+            "table": self.table_height,
+            "ball_centre": self.gpis.centre,
+            "ball_radius": self.gpis.radius,
+        }
 
     def parameters(self, nlp: Nlp, wrist: Array, joints: Array) -> Array:
         """The parameter vector for the seed pose `wrist` (7) and `joints` (n)."""
-        contact, smoothing = self.settings.contact, self.settings.smoothing
+        smoothing, numbers = self.settings.smoothing, self.numbers()
         return nlp.parameters.pack(
-            {
+            numbers
+            | {
+                "turn": numbers["turn"].ravel(order="F"),
                 "wrist": wrist,
                 "joints": joints,
                 "weights": self.weights(),
-                "c": contact.c,
-                "friction": contact.friction,
-                "pad": float(contact.pad),
-                "foot": float(nlp.structure.formulation != "penalty"),
-                "force_min": self.settings.limits.force_min,
-                "displacement": self.displacement,
-                "turn": self.turn.ravel(order="F"),
-                "mass": contact.mass,
-                "com": self.com,
-                "table": self.table_height,
-                "ball_centre": self.gpis.centre,
-                "ball_radius": self.gpis.radius,
+                "foot": float(nlp.structure.formulation.exact_feet),
                 "distance": smoothing.distance,
                 "collision": smoothing.collision,
                 "log_width": smoothing.log,
@@ -99,7 +112,7 @@ class Problem:
         targets = np.tile(self.gpis.centre, m)
         low = [-wrist, self.hand.lower - joints, targets - side, gains[0]]
         high = [wrist, self.hand.upper - joints, targets + side, gains[1]]
-        added_low, added_high = added_bounds(nlp, self.row_bounds(nlp))
+        added_low, added_high = nlp.structure.formulation.variable_bounds(nlp, self.row_bounds(nlp))
         units = variable_units(self.hand)
         return (
             np.concatenate([np.concatenate(low) / units, added_low]),
@@ -122,16 +135,33 @@ class Problem:
         return low, high
 
     def row_bounds(self, nlp: Nlp) -> tuple[Array, Array]:
-        """Bounds (ng,) of the scaled rows."""
-        bounds = [np.array(c.bounds(self.settings)) / c.scale for c in nlp.constraints]
-        rows = np.repeat(np.array(bounds), nlp.row_sizes, axis=0)
-        return rows[:, 0], rows[:, 1]
+        """Bounds (ng,) of the scaled rows: those of the plan's constraints, and of the formulation's own."""
+        rows = nlp.structure.formulation.constraints(self.constraints)
+        bounds = [np.array((c.lower, c.upper)) / c.scale for c in rows]
+        each = np.repeat(np.array(bounds).reshape(-1, 2), nlp.row_sizes, axis=0)
+        return each[:, 0], each[:, 1]
 
 
-def pose(observation: Observation, hand: str | Hand, settings: Settings, seed: int = 0) -> Problem:
-    """Fit the surface of an observation and pose the problem of grasping it."""
+def build_problem(
+    observation: Observation,
+    hand: str | Hand,
+    settings: Settings,
+    seed: int = 0,
+    additions: Additions = NOTHING,
+) -> Problem:
+    """Fit the surface of an observation and put together the problem of grasping it."""
     hand = load_hand(hand, settings.spheres) if isinstance(hand, str) else hand
     with threadpool_limits(1):  # the bits of a factorisation depend on the number of threads
         gpis = fit(training_set(observation, settings.gpis, seed), settings.gpis.kernel)
     box = np.stack([observation.points.min(axis=0), observation.points.max(axis=0)])
-    return Problem(hand, gpis, settings, box, observation.table_height, box.mean(axis=0))
+    return Problem(
+        hand=hand,
+        gpis=gpis,
+        settings=settings,
+        box=box,
+        table_height=observation.table_height,
+        com=box.mean(axis=0),
+        terms=additions.all_terms(settings),
+        constraints=additions.all_constraints(settings),
+        formulation=additions.chosen(settings),
+    )

@@ -3,13 +3,16 @@
 Nothing here shares code with the expressions that the solver saw, and nothing is smoothed.
 """
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import NDArray
 
-from sgnlp.hand.kinematics import frames, joint_torques
+from sgnlp.hand.kinematics import frames, joint_torques, link_names, link_origins
 from sgnlp.planning.problem import Problem
+from sgnlp.program.assembly import Numeric, Parts, assemble
 from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.program.grasp import Grasp
 
@@ -33,72 +36,39 @@ def recompute(problem: Problem, wrist: Array, joints: Array, targets: Array, gai
     """The exact grasp and the translation t (3) [m] of its equilibrium, which is always the true minimiser."""
     hand, gpis, contact = problem.hand, problem.gpis, problem.settings.contact
     a, s = frames(hand, wrist, joints)
+    origins, root = link_origins(hand, wrist, joints), pin.XYZQUATToSE3(np.asarray(wrist, float))
     o, k, K = targets, gains, contact.samples
     p = o + contact.c * (a - o)
     R, t, rho = equilibrium(p, o, k, contact.mass, problem.com)
-    p_eq = p @ R.T + t
-    tip_radii = np.array([finger.radius for finger in hand.fingers])
-    pad = tip_radii * contact.pad
-    radii = np.array([sphere.radius for sphere in hand.spheres])
-    forces, forces_eq, load = (
-        k[:, None] * (o - p),
-        k[:, None] * (o - p_eq),
-        np.array([0.0, 0.0, contact.mass * GRAVITY]),
-    )
-    clearances = gpis.distance(s) - radii
     along = np.linspace(0.0, 1.0, K)[None, :, None]  # from the pregrasp tip to the target
     path = (along * o[:, None] + (1 - along) * a[:, None]).reshape(-1, 3)
     normals = gpis.normal(p)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
-    first, second = np.array(hand.pairs, dtype=int).reshape(-1, 2).T
-    grasp = Grasp(
+    parts = Parts(
+        wrist_position=root.translation,
+        wrist_rotation=root.rotation,
+        links=dict(zip(link_names(hand), origins, strict=True)),
         joints=joints,
-        reference=hand.reference,
         tips=a,
+        tip_errors=np.zeros_like(a),
+        spheres=s,
+        torques=lambda forces: joint_torques(hand, wrist, joints, forces),
         targets=o,
         gains=k,
         contacts=p,
-        contacts_eq=p_eq,
-        contacts_desired=problem.com + problem.displacement + (p - problem.com) @ problem.turn.T,
+        contacts_eq=p @ R.T + t,
         rotation=R,
-        rotation_desired=problem.turn,
+        translation=t,
         stiffness=rho,
-        forces=forces,
-        forces_eq=forces_eq,
-        torques=joint_torques(hand, wrist, joints, forces),
-        torques_eq=joint_torques(hand, wrist, joints, forces_eq),
-        effort=hand.effort,
-        wrench=_wrench(forces, p - problem.com, load),
-        wrench_eq=_wrench(forces_eq, p_eq - (R @ problem.com + t), load),
-        tip_errors=np.zeros_like(a),
         normals=normals,
-        normals_eq=normals @ R.T,
-        gaps=gpis.distance(p - pad[:, None] * normals),
+        gaps=gpis.distance(p - (hand.tip_radii * contact.pad)[:, None] * normals),
         contact_deviations=gpis.distance_deviation(p),
-        path_gaps=gpis.distance(path) - np.repeat(pad, K),
+        path_distances=gpis.distance(path),
         path_deviations=gpis.distance_deviation(path),
         target_means=gpis.mean(o),
-        spheres=s,
-        radii=radii,
-        object_clearances=np.delete(clearances, hand.tip_spheres),
-        pad_clearances=clearances[list(hand.tip_spheres)],
-        table_clearances=np.delete(s[:, 2] - radii, hand.tip_spheres) - problem.table_height,
-        pad_heights=a[:, 2] - tip_radii - problem.table_height,
-        pair_clearances=np.linalg.norm(s[first] - s[second], axis=1) - radii[first] - radii[second],
-        ball_clearances=gpis.radius - np.linalg.norm(a - gpis.centre, axis=1),
-        contact_heights=p[:, 2] - pad - problem.table_height,
-        contact_heights_eq=p_eq[:, 2] - pad - problem.table_height,
-        path_samples=K,
-        density_share=contact.density == "share",
-        friction=contact.friction,
-        force_min=problem.settings.limits.force_min,
+        sphere_distances=gpis.distance(s),
     )
-    return grasp, t
-
-
-def _wrench(forces: Array, arms: Array, load: Array) -> Array:
-    """Net force and torque (2, 3) on the object of forces (m, 3) at arms (m, 3) and its load (3)."""
-    return np.stack([forces.sum(axis=0) - load, np.cross(arms, forces).sum(axis=0)])
+    return assemble(parts, hand, SimpleNamespace(**problem.numbers()), K, contact.density, Numeric()), t
 
 
 def rotation_angle(R: Any) -> float:

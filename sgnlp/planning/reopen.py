@@ -10,7 +10,7 @@ from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation, ObservationSettings, load
 from sgnlp.planning.cautions.planned import Planned
 from sgnlp.planning.grasps import Grasps
-from sgnlp.planning.problem import Problem, pose
+from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.planning.results import load_grasps
 
 
@@ -62,7 +62,7 @@ def observation(grasps: Grasps, folder: Path, file: Path | None = None) -> Obser
 
 def problem(grasps: Grasps, cloud: Observation, hand: Hand) -> Problem:
     """The problem that the grasps solve: the same seed and settings fit the same surface."""
-    return pose(cloud, hand, settings(grasps.meta), int(grasps.meta["seed"]))
+    return build_problem(cloud, hand, settings(grasps.meta), int(grasps.meta["seed"]))
 
 
 class Reopened(Planned):

@@ -1,4 +1,4 @@
-"""Result folders: grasps, summary, courses of the starts, rows; written whole or not at all, and read again.
+"""Result folders: grasps, summary, histories of the starts, rows; written whole or not at all, and read again.
 
 The files of a folder are written beside their places first and moved there when all are written: a full disk changes
 nothing. The summary is moved last and repeats what `grasps.npz` says of itself, so that a kill between is noticed.
@@ -26,7 +26,7 @@ from sgnlp.planning.grasps import Grasps
 
 GRASPS = "grasps.npz"
 SUMMARY = "summary.json"
-COURSES = "courses.npz"
+HISTORY = "history.npz"
 RUN = ("object", "input_digest", "settings", "seed", "starts", "seconds")
 """What tells one run from another: its input, and the wall times to the last digit."""
 NAMED = 3
@@ -48,7 +48,7 @@ def writable(folder: Path) -> None:
         raise _unwritten(f"the output folder '{folder}'", error) from None
 
 
-def save(grasps: Grasps, summary: dict[str, Any], folder: Path, courses: dict[str, Any] | None = None) -> None:
+def save(grasps: Grasps, summary: dict[str, Any], folder: Path, histories: dict[str, Any] | None = None) -> None:
     """Write the files of a result, all or none. Courses of an older one do not stay behind.
 
     Raises:
@@ -57,8 +57,8 @@ def save(grasps: Grasps, summary: dict[str, Any], folder: Path, courses: dict[st
     """
     arrays = {f.name: getattr(grasps, f.name) for f in fields(Grasps) if f.name != "meta"}
     arrays["meta"] = np.array(json.dumps(grasps.meta, sort_keys=True))
-    ways = _npz(courses) if courses else None
-    write_files(folder, {GRASPS: _npz(arrays), COURSES: ways, SUMMARY: encoded(json_text(summary))})
+    ways = _npz(histories) if histories else None
+    write_files(folder, {GRASPS: _npz(arrays), HISTORY: ways, SUMMARY: encoded(json_text(summary))})
 
 
 def load_summary(folder: Path, grasps: Grasps) -> dict[str, Any]:

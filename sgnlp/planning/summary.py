@@ -11,10 +11,9 @@ from sgnlp.planning.cautions import cautions
 from sgnlp.planning.cautions.planned import Planned
 from sgnlp.planning.environment import kinematics_backend, machine, surface_backend, versions
 from sgnlp.planning.grasps import Grasps, stack
-from sgnlp.planning.ipopt import Course
 from sgnlp.planning.plan import Plan
+from sgnlp.planning.planner import History
 from sgnlp.planning.solution import Solution, torque_share
-from sgnlp.program.terms import TERMS
 
 
 def meta(plan: Plan) -> dict[str, Any]:
@@ -34,6 +33,7 @@ def meta(plan: Plan) -> dict[str, Any]:
         "timeout": plan.timeout,
         "versions": versions(),
         "kinematics": kinematics_backend(),
+        "formulation": plan.problem.formulation.name,
         "surface": surface_backend() if plan.problem.settings.solver.compiled else "NumPy",
         "machine": machine(),
         "seconds": plan.seconds | {"jobs": plan.jobs},
@@ -47,16 +47,16 @@ def _plain(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def arrays(plan: Plan) -> Grasps:
     """The plan's grasps as arrays, best first, infeasible ones last."""
-    return stack(plan.problem.hand, plan.solutions, meta(plan))
+    return stack(plan.problem.hand, plan.problem.terms, plan.solutions, meta(plan))
 
 
-def courses(plan: Plan) -> dict[str, NDArray[Any]]:
-    """How every start went: the columns of `Course` with the number of the start before them, start by start."""
+def histories(plan: Plan) -> dict[str, NDArray[Any]]:
+    """How every start went: the columns of `History` with the number of the start before them, start by start."""
     if not plan.solutions:
         return {}
     ordered = sorted(plan.solutions, key=lambda s: s.start)
-    columns = {f.name: np.concatenate([getattr(s.course, f.name) for s in ordered]) for f in fields(Course)}
-    return {"start": np.concatenate([np.full(len(s.course.energy), s.start) for s in ordered])} | columns
+    columns = {f.name: np.concatenate([getattr(s.history, f.name) for s in ordered]) for f in fields(History)}
+    return {"start": np.concatenate([np.full(len(s.history.energy), s.start) for s in ordered])} | columns
 
 
 def summary(plan: Plan) -> dict[str, Any]:
@@ -115,8 +115,8 @@ def _grasp(s: Solution, plan: Plan) -> dict[str, Any]:
         "energy": s.energy,
         "energy_terms": {
             term.name: {"weight": float(w), "value": float(e), "share": float(w * e)}
-            for term, w, e in zip(TERMS, weights, s.energy_terms, strict=True)
+            for term, w, e in zip(plan.problem.terms, weights, s.energy_terms, strict=True)
         },
         "torque_over_effort": torque_share(g, plan.problem.settings.contact.metric),
-        "checks": {check.name: asdict(check) | {"passed": check.passed} for check in s.checks},
+        "checks": {check.name: asdict(check) | {"demand": check.demand} for check in s.checks},
     }

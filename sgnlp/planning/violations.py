@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.program.elastic import relaxed
 from sgnlp.program.nlp import Nlp
 
 Array = NDArray[np.float64]
@@ -30,11 +29,11 @@ def violations(
 
     `rows` gives g (ng,) at x; those of an elastic program are taken without slacks.
     """
-    g = rows(relaxed(nlp, x))
-    units = [c.unit for c, size in zip(nlp.constraints, nlp.row_sizes, strict=True) for _ in range(size)]
+    g = rows(nlp.structure.formulation.strict(nlp, x))
+    owners = [c for c, size in zip(nlp.constraints, nlp.row_sizes, strict=True) for _ in range(size)]
     limits = np.clip(g, *g_bounds)
     found = []
     for i in np.flatnonzero(~(np.abs(g - limits) <= tolerance)):
-        value, limit = (units[i].reading(units[i].scale * float(row)) for row in (g[i], limits[i]))
-        found.append(Violation(nlp.row_names[i], value, limit, units[i].symbol, float(abs(g[i] - limits[i]))))
+        value, limit = (owners[i].reading(owners[i].scale * float(row)) for row in (g[i], limits[i]))
+        found.append(Violation(nlp.row_names[i], value, limit, owners[i].symbol, float(abs(g[i] - limits[i]))))
     return tuple(sorted(found, key=lambda v: -v.size))

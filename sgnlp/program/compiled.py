@@ -7,7 +7,6 @@ give the same bits (`sgnlp.program.codegen`); a result does not depend on which 
 
 import json
 from collections.abc import Callable
-from dataclasses import astuple
 from functools import lru_cache
 from pathlib import Path
 
@@ -19,7 +18,6 @@ from sgnlp.base.errors import MachineError, SolverError, gives_out
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import backend
 from sgnlp.program import codegen
-from sgnlp.program.elastic import relax
 from sgnlp.program.nlp import FUNCTIONS, Nlp, build, frame
 from sgnlp.program.structure import Structure
 
@@ -32,8 +30,8 @@ ROOMS = ("base", "perception", "surface", "hand", "program")
 
 def program(hand: Hand, structure: Structure, compiled: bool = True) -> Nlp:
     """The program of a hand and structure: compiled if it is wanted and in the cache, else in CasADi's machine."""
-    if structure.formulation == "elastic":
-        return relax(program(hand, structure.rigid, compiled))
+    if structure.inner != structure:
+        return structure.formulation.wrap(program(hand, structure.inner, compiled))
     found = load(hand, structure) if compiled else None
     return found or build(hand, structure)
 
@@ -42,6 +40,8 @@ def program(hand: Hand, structure: Structure, compiled: bool = True) -> Nlp:
 def load(hand: Hand, structure: Structure) -> Nlp | None:
     """The compiled program from the cache; None if it is not there, is damaged or cannot be loaded."""
     library = path(hand, structure)
+    if library is None:
+        return None
     note = toolchain.note_of(library)
     if note is None:
         return None
@@ -50,7 +50,7 @@ def load(hand: Hand, structure: Structure) -> Nlp | None:
         functions = {name: ca.external(name, str(library)) for name in FUNCTIONS}
     except (OSError, ValueError, RuntimeError):
         return None
-    return Nlp(**frame(hand, structure), row_sizes=sizes, **functions)
+    return Nlp(**frame(hand, structure, sizes), **functions)
 
 
 def compile_program(
@@ -61,10 +61,13 @@ def compile_program(
     One process builds and others that want the same wait for it.
 
     Raises:
-        SolverError: there is no compiler, it fails, or the cache cannot be written.
+        SolverError: there is no compiler, it fails, the cache cannot be written, or a part of the program has no
+            source that is known (`Structure.key`).
         MachineError: there is no room for it.
     """
     library = path(hand, structure)
+    if library is None:
+        raise SolverError("terms and constraints that come from no file are not compiled")
     if not built(library):
         if fault := toolchain.cache_fault() or toolchain.compiler_fault():
             raise SolverError(fault)
@@ -72,7 +75,7 @@ def compile_program(
             library.parent.mkdir(parents=True, exist_ok=True)
             with FileLock(library.with_suffix(".lock")):
                 if not built(library):
-                    nlp = build(hand, structure.rigid)
+                    nlp = build(hand, structure.inner)
                     sources = {file: text for name in FUNCTIONS for file, text in _sources(name, nlp).items()}
                     note = json.dumps(nlp.row_sizes).encode()
                     toolchain.build(library, sources, FLAGS, jobs, progress, note)
@@ -93,11 +96,16 @@ def can_compile() -> bool:
     return not (toolchain.cache_fault() or toolchain.compiler_fault())
 
 
-def path(hand: Hand, structure: Structure) -> Path:
-    """Where the compiled program of a hand and structure lies, whether it is there or not."""
-    structure = structure.rigid
-    key = toolchain.fingerprint(_package(), hand.digest, repr(astuple(structure)), ca.__version__, backend(), *FLAGS)
-    return toolchain.cache_folder() / f"program-{structure.formulation}-{key}.so"
+def path(hand: Hand, structure: Structure) -> Path | None:
+    """Where the compiled program of a hand and structure lies, whether it is there or not.
+
+    None if a part of it has no source that is known: it could have changed unnoticed.
+    """
+    structure = structure.inner
+    if structure.key is None:
+        return None
+    key = toolchain.fingerprint(_package(), hand.digest, structure.key, ca.__version__, backend(), *FLAGS)
+    return toolchain.cache_folder() / f"program-{structure.formulation.name}-{key}.so"
 
 
 def _sources(name: str, nlp: Nlp) -> dict[str, str]:

@@ -1,75 +1,34 @@
-"""The constraints: named rows of a grasp with bounds, written once for CasADi and NumPy like the energy terms."""
+"""The built-in constraints: what each demands, how exactly, and the bounds that settings give it."""
 
-from collections.abc import Callable, Collection
-from dataclasses import dataclass
-from math import acos, cos, degrees, inf, radians
+from dataclasses import replace
+from math import cos, inf, radians
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from sgnlp.base.settings import Settings
+from sgnlp.program.constraint import EFFORT, FORCE, GAIN, LENGTH, NUMBER, STIFFNESS, TORQUE, TRACE, Constraint, Unit
 from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.ops import Ops
 from sgnlp.program.terms.spring import margins
 
-Array = NDArray[np.float64]
-
-
-def _same(value: float) -> float:
-    return value
-
-
-@dataclass(frozen=True)
-class Unit:
-    """A row of 1 is `scale` in SI units; `reading` turns SI units into what `symbol` names."""
-
-    symbol: str
-    scale: float
-    reading: Callable[[float], float] = _same
-
-
-def _angle_deg(trace: float) -> float:
-    """The angle [deg] of a rotation of that trace, 1 + 2 cos."""
-    return degrees(acos(min(max((trace - 1) / 2, -1.0), 1.0)))
-
-
-NUMBER = Unit("", 1.0)
-LENGTH = Unit("m", 0.01)
-FORCE = Unit("N", 1.0)
-STIFFNESS = Unit("N m", 0.01)
-"""Of ρ."""
-TORQUE = Unit("N m", 0.1)
-"""Of the net torque: forces of some newtons at some centimetres."""
-EFFORT = Unit("of the effort", 1.0)
-GAIN = Unit("N/m", 100.0)
-TRACE = Unit("deg", 1.0, _angle_deg)
-
-
-@dataclass(frozen=True)
-class Constraint:
-    """Rows lower ≤ value(g) ≤ upper, divided by the scale of their unit, one for each of `over` (`names.py`).
-
-    `everywhere` ones also bound the penalty formulation. One that `needs` a trait is left out of programs without it
-    (see `nlp.Structure.traits`). `domain` ones say where the functions are defined, and are never relaxed: outside the
-    ball the surface's variance is negative, without stiffness the equilibrium is any rotation, and far from the desired
-    rotation the least energy may be a half turn away.
-    """
-
-    name: str
-    over: str
-    unit: Unit
-    value: Callable[[Grasp, Ops], Any]
-    bounds: Callable[[Settings], tuple[float, float]]
-    needs: str = ""
-    everywhere: bool = False
-    domain: bool = False
-
-    @property
-    def scale(self) -> float:
-        """What a row of 1 is, in SI units."""
-        return self.unit.scale
+ROUNDING = 1e-6
+"""Tolerance of what a solver meets to 1e-8: margins [1], shares of the effort [1], the surface model's ball [m]."""
+CONTACT = 2e-3
+"""Largest |distance| of a pad to the surface that counts as contact [m]."""
+CLEARANCE = 1e-3
+"""By how much a clearance may be missed [m]: the surface itself is known no better."""
+STABLE = 1e-4
+"""By how much the least stiffness may be missed [N m], a fiftieth of its default."""
+TURNED = 1e-3
+"""By how much the trace of the least cosine may be missed: 0.2 degrees at 10 degrees."""
+PRESS = 0.2
+"""By how much a force may miss its bounds [N], a tenth of the paper's least force."""
+BALANCE = 1e-3
+"""Largest net force [N] and net torque [N m] along an axis that count as balanced."""
+STIFF = 1.0
+"""By how much the least sum of gains may be missed [N/m]."""
+DICTATED = 0.02
+"""By how much k σ may miss the prescribed α [N]."""
 
 
 def _displacements(g: Grasp, op: Ops) -> Any:
@@ -89,107 +48,169 @@ def _margins_equilibrium(g: Grasp, op: Ops) -> Any:
     return margins(g.forces_eq, g.normals_eq, g.friction, op)
 
 
-def _zero(s: Settings) -> tuple[float, float]:
-    return 0.0, 0.0
+def _each(over: str, unit: Unit, tolerance: float) -> dict[str, Any]:
+    """The fields that constraints of one kind share."""
+    return {"over": over, "unit": unit, "tolerance": tolerance}
 
 
-def _clear(s: Settings) -> tuple[float, float]:
-    return 0.0, inf
-
-
-def _forces(s: Settings) -> tuple[float, float]:
-    return s.limits.force_min, s.limits.force_max
-
-
-def _pad_clearance(s: Settings) -> tuple[float, float]:
-    """None without a pregrasp, c = 1: the pads touch, and the rows of contact say how."""
-    return (s.limits.object_margin if s.contact.c < 1 else -inf), inf
-
-
-def _effort(s: Settings) -> tuple[float, float]:
-    return -s.limits.effort, s.limits.effort
-
-
-def _stiffness(s: Settings) -> tuple[float, float]:
-    return s.limits.stiffness, inf
-
-
-def _trace_least(s: Settings) -> tuple[float, float]:
-    return 1 + 2 * cos(radians(s.limits.rotation_deg)), inf
-
-
-def _cone(s: Settings) -> tuple[float, float]:
-    return s.limits.margin_initial, inf
-
-
-def _sag(s: Settings) -> tuple[float, float]:
-    """Least Σk [N/m] for which the object's weight moves the equilibrium by no more than `limits.shift`."""
-    return s.contact.mass * GRAVITY / s.limits.shift, inf
-
+CLEAR = _each("finger", LENGTH, CLEARANCE)
+IN_CONE = _each("finger", NUMBER, ROUNDING)
+FORCES = _each("finger", FORCE, PRESS)
+EFFORTS = _each("joint", EFFORT, ROUNDING)
+EVERYWHERE = {"always": True, "domain": True}
 
 CONSTRAINTS: tuple[Constraint, ...] = (
-    Constraint("stiffness", "", STIFFNESS, lambda g, op: g.stiffness, _stiffness, "spring", True, True),
-    Constraint("rotation", "", TRACE, _trace, _trace_least, "spring", True, True),
-    Constraint("workspace", "finger", LENGTH, lambda g, op: g.ball_clearances, _clear, "", True, True),
-    Constraint("contact", "finger", LENGTH, lambda g, op: g.gaps, _zero),
-    Constraint("margin_initial", "finger", NUMBER, _margins_initial, _cone, "spring"),
     Constraint(
-        "margin_equilibrium",
-        "finger",
-        NUMBER,
-        _margins_equilibrium,
-        lambda s: (s.limits.margin_equilibrium, inf),
-        "spring",
-    ),
-    Constraint("force", "finger", FORCE, lambda g, op: op.norm(g.forces_eq), _forces, "spring"),
-    Constraint("shift", "finger", LENGTH, _displacements, lambda s: (-inf, s.limits.shift), "spring"),
-    Constraint("object", "link", LENGTH, lambda g, op: g.object_clearances, lambda s: (s.limits.object_margin, inf)),
-    Constraint("pads_object", "finger", LENGTH, lambda g, op: g.pad_clearances, _pad_clearance),
-    Constraint("table", "link", LENGTH, lambda g, op: g.table_clearances, lambda s: (s.limits.table_margin, inf)),
-    Constraint("pads_table", "finger", LENGTH, lambda g, op: g.pad_heights, lambda s: (s.limits.pad_margin, inf)),
-    Constraint("self", "pair", LENGTH, lambda g, op: g.pair_clearances, _clear),
-    Constraint("contact_table", "finger", LENGTH, lambda g, op: g.contact_heights, _clear),
-    Constraint("equilibrium_table", "finger", LENGTH, lambda g, op: g.contact_heights_eq, _clear, "spring"),
-    Constraint("sag", "", GAIN, lambda g, op: op.sum(g.gains), _sag, "spring"),
-    Constraint("torque_initial", "joint", EFFORT, lambda g, op: g.torques / g.effort, _effort, "torques"),
-    Constraint("torque_equilibrium", "joint", EFFORT, lambda g, op: g.torques_eq / g.effort, _effort, "torques_eq"),
-    Constraint("tip", "tip", LENGTH, lambda g, op: g.tip_errors, _zero, "lifted"),
-    Constraint("balance_force", "axis", FORCE, lambda g, op: g.wrench_eq[0, :], _zero, "lifted"),
-    Constraint("balance_torque", "axis", TORQUE, lambda g, op: g.wrench_eq[1, :], _zero, "lifted"),
-    Constraint("cone", "finger", NUMBER, _margins_initial, _cone, "closure", True),
-    Constraint(
-        "press",
-        "finger",
-        FORCE,
-        lambda g, op: -op.dot(g.forces, g.normals),
-        lambda s: (s.limits.force_min, inf),
-        "closure",
-        True,
+        "stiffness",
+        lambda g, op: g.stiffness,
+        **_each("", STIFFNESS, STABLE) | EVERYWHERE,
+        about="rotational stiffness ρ of the equilibrium",
     ),
     Constraint(
-        "force_initial",
-        "finger",
-        FORCE,
-        lambda g, op: op.norm(g.forces),
-        lambda s: (-inf, s.limits.force_max),
-        "closure",
+        "rotation",
+        _trace,
+        **_each("", TRACE, TURNED) | EVERYWHERE,
+        about="rotation of the object at equilibrium, off the desired one",
     ),
-    Constraint("net_force", "axis", FORCE, lambda g, op: g.wrench[0, :], _zero, "closure"),
-    Constraint("net_torque", "axis", TORQUE, lambda g, op: g.wrench[1, :], _zero, "closure"),
+    Constraint(
+        "workspace",
+        lambda g, op: g.ball_clearances,
+        **_each("finger", LENGTH, ROUNDING) | EVERYWHERE,
+        about="tips inside the ball in which the surface model is valid",
+    ),
+    Constraint(
+        "contact",
+        lambda g, op: g.gaps,
+        **_each("finger", LENGTH, CONTACT),
+        about="distance of the pads to the surface at first contact",
+    ),
+    Constraint("margin_initial", _margins_initial, **IN_CONE, about="margin inside the friction cone at first contact"),
+    Constraint("margin_equilibrium", _margins_equilibrium, **IN_CONE, about="margin inside the cone at equilibrium"),
+    Constraint("force", lambda g, op: op.norm(g.forces_eq), **FORCES, about="force of a finger at equilibrium"),
+    Constraint("shift", _displacements, **CLEAR, about="way of a contact to the equilibrium"),
+    Constraint(
+        "object",
+        lambda g, op: g.object_clearances,
+        **CLEAR | {"over": "link"},
+        about="links clear of the object at the pregrasp",
+    ),
+    Constraint(
+        "pads_object", lambda g, op: g.pad_clearances, **CLEAR, about="pads clear of the object at the pregrasp"
+    ),
+    Constraint(
+        "table",
+        lambda g, op: g.table_clearances,
+        **CLEAR | {"over": "link"},
+        about="links clear of the table at the pregrasp",
+    ),
+    Constraint("pads_table", lambda g, op: g.pad_heights, **CLEAR, about="pads clear of the table at the pregrasp"),
+    Constraint(
+        "self",
+        lambda g, op: g.pair_clearances,
+        **CLEAR | {"over": "pair"},
+        about="links clear of each other at the pregrasp",
+    ),
+    Constraint(
+        "contact_table", lambda g, op: g.contact_heights, **CLEAR, about="pads above the table at first contact"
+    ),
+    Constraint(
+        "equilibrium_table",
+        lambda g, op: g.contact_heights_eq,
+        **CLEAR,
+        about="pads above the table at equilibrium",
+    ),
+    Constraint(
+        "sag",
+        lambda g, op: op.sum(g.gains),
+        **_each("", GAIN, STIFF),
+        about="sum of the gains, so that the object's weight moves it by no more than the largest shift",
+    ),
+    Constraint(
+        "torque_initial",
+        lambda g, op: g.torques / g.effort,
+        **EFFORTS,
+        about="joint torque over the hand's effort at first contact",
+    ),
+    Constraint(
+        "torque_equilibrium",
+        lambda g, op: g.torques_eq / g.effort,
+        **EFFORTS,
+        about="joint torque over the hand's effort at equilibrium",
+    ),
+    Constraint("cone", _margins_initial, **IN_CONE, always=True, about="margin inside the friction cone"),
+    Constraint(
+        "press", lambda g, op: -op.dot(g.forces, g.normals), **FORCES, always=True, about="normal force at contact"
+    ),
+    Constraint("force_initial", lambda g, op: op.norm(g.forces), **FORCES, about="force of a finger at first contact"),
+    Constraint(
+        "net_force", lambda g, op: g.wrench[0, :], **_each("axis", FORCE, BALANCE), about="net force on the object"
+    ),
+    Constraint(
+        "net_torque",
+        lambda g, op: g.wrench[1, :],
+        **_each("axis", TORQUE, BALANCE),
+        about="net torque on the object about its centre of mass",
+    ),
     Constraint(
         "gains",
-        "finger",
-        FORCE,
         lambda g, op: g.gains * g.contact_deviations,
-        lambda s: (s.contact.heuristic, s.contact.heuristic),
-        "heuristic",
-        True,
+        **_each("finger", FORCE, DICTATED),
+        always=True,
+        about="gain times deviation of the surface, α",
     ),
 )
-"""All constraints, in the order of the rows of g."""
+"""All built-in constraints without their bounds, in the order of the rows of g."""
 
 
-def active(traits: Collection[str]) -> tuple[Constraint, ...]:
-    """The constraints of a program with these traits: a formulation, a metric, and others that constraints need."""
-    there = [c for c in CONSTRAINTS if not c.needs or c.needs in traits]
-    return tuple(c for c in there if "penalty" not in traits or c.everywhere)
+def preset_constraints(settings: Settings) -> tuple[Constraint, ...]:
+    """The built-in constraints that settings ask for, with their bounds."""
+    bounds = _bounds(settings)
+    return tuple(replace(c, lower=bounds[c.name][0], upper=bounds[c.name][1]) for c in CONSTRAINTS if c.name in bounds)
+
+
+def _bounds(s: Settings) -> dict[str, tuple[float, float]]:
+    """The bounds of each constraint that settings ask for, in SI units."""
+    limits, effort = s.limits, s.limits.effort
+    bounds = {
+        "workspace": (0.0, inf),
+        "contact": (0.0, 0.0),
+        "object": (limits.object_margin, inf),
+        # without a pregrasp, c = 1, the pads touch, and the rows of contact say how
+        "pads_object": (limits.object_margin if s.contact.c < 1 else -inf, inf),
+        "table": (limits.table_margin, inf),
+        "pads_table": (limits.pad_margin, inf),
+        "self": (0.0, inf),
+        "contact_table": (0.0, inf),
+    }
+    if effort > 0:
+        bounds["torque_initial"] = (-effort, effort)
+    if s.contact.heuristic > 0:
+        bounds["gains"] = (s.contact.heuristic, s.contact.heuristic)
+    return bounds | (_compliance(s) if s.contact.metric == "spring" else _closure(s))
+
+
+def _compliance(s: Settings) -> dict[str, tuple[float, float]]:
+    """Those of a stable equilibrium that the contacts hold with enough force."""
+    limits, effort = s.limits, s.limits.effort
+    return {
+        "stiffness": (limits.stiffness, inf),
+        "rotation": (1 + 2 * cos(radians(limits.rotation_deg)), inf),
+        "margin_initial": (limits.margin_initial, inf),
+        "margin_equilibrium": (limits.margin_equilibrium, inf),
+        "force": (limits.force_min, limits.force_max),
+        "shift": (-inf, limits.shift),
+        "equilibrium_table": (0.0, inf),
+        # so that the weight moves the equilibrium by no more than the largest shift
+        "sag": (s.contact.mass * GRAVITY / limits.shift, inf),
+    } | ({"torque_equilibrium": (-effort, effort)} if effort > 0 else {})
+
+
+def _closure(s: Settings) -> dict[str, tuple[float, float]]:
+    """Those of force closure at first contact; the equilibrium has no say."""
+    return {
+        "cone": (s.limits.margin_initial, inf),
+        "press": (s.limits.force_min, inf),
+        "force_initial": (-inf, s.limits.force_max),
+        "net_force": (0.0, 0.0),
+        "net_torque": (0.0, 0.0),
+    }

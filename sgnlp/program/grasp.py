@@ -8,17 +8,26 @@ joints a finger leave a choice, which the controller makes on the way, 24 mm in 
 inverse kinematics finds from the pregrasp, in 95 grasps on 14 objects, the largest torque is right to 1 % at first
 contact and 7 % too small at equilibrium (medians 0.75 and 0.81 N m); the worst joint is off by 0.08 and 0.13 N m.
 
-The same class holds CasADi expressions (`sgnlp.program.nlp`) or NumPy arrays (`sgnlp.planning.recompute`).
+The same class holds CasADi expressions (`sgnlp.program.model`) or NumPy arrays (`sgnlp.planning.recompute`); both are
+put together by `sgnlp.program.assembly`.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 
 @dataclass(frozen=True)
 class Grasp:
-    """A hand of m fingers, n joints and S spheres at a pregrasp, its contacts and its equilibrium."""
+    """A hand of m fingers, n joints and S spheres at a pregrasp, its contacts and its equilibrium.
 
+    All positions are in the world's frame, z up. What is (k,) in NumPy is a column (k, 1) in CasADi.
+    """
+
+    wrist_position: Any  # (3,) [m], origin of the hand's root link at the pregrasp
+    wrist_rotation: Any  # (3, 3), orientation of the root link: its axes are the columns
+    links: Mapping[str, Any]  # name of each link → (3,) [m], origin of its frame at the pregrasp
+    centre: Any  # (3,) [m], the object's centre of mass before it moves
     joints: Any  # (n,) [rad]
     reference: Any  # (n,) [rad]
     tips: Any  # (m, 3) [m], a_i

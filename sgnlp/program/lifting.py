@@ -17,7 +17,7 @@ from collections.abc import Sequence
 import casadi as ca
 
 
-class Chain:
+class Lifting:
     """Variables x and, in order, quantities lifted out of the expressions in them."""
 
     def __init__(self, x: ca.SX):

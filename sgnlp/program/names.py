@@ -1,9 +1,9 @@
 """Names of the variables and rows of a nonlinear program: `target.thumb.x`, `contact[ring]`, `table[middle_distal]`."""
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 from sgnlp.hand.hand import Hand
-from sgnlp.program.constraints import Constraint
+from sgnlp.program.constraint import Constraint
 
 AXES = ("x", "y", "z")
 
@@ -30,13 +30,17 @@ def variable_names(hand: Hand) -> tuple[str, ...]:
     return (*wrist, *(f"joint.{name}" for name in hand.joint_names), *targets, *(f"gain.{name}" for name in fingers))
 
 
-def lifted_names(hand: Hand) -> tuple[str, ...]:
-    """A name for each variable (3 m + 6) that the lifted formulation adds: the tips, then the pose at equilibrium."""
-    tips = [f"tip.{finger.name}.{axis}" for finger in hand.fingers for axis in AXES]
-    return (*tips, *(f"equilibrium.{kind}{axis}" for kind in ("r", "") for axis in AXES))
+def row_names(hand: Hand, constraints: Sequence[Constraint], sizes: Sequence[int]) -> tuple[str, ...]:
+    """A name for each row (ng,): its constraint's, with that of the finger, joint, sphere, pair or axis in brackets.
+
+    Rows of a constraint that goes over nothing of the hand are numbered, if there are several.
+    """
+    return tuple(name for c, size in zip(constraints, sizes, strict=True) for name in rows_of(hand, c, size))
 
 
-def row_names(hand: Hand, constraints: Iterable[Constraint]) -> tuple[str, ...]:
-    """A name for each row (ng,): its constraint's, with that of the finger, joint, sphere, pair or axis in brackets."""
-    over = labels(hand)
-    return tuple(f"{c.name}[{label}]" if label else c.name for c in constraints for label in over[c.over])
+def rows_of(hand: Hand, constraint: Constraint, size: int) -> list[str]:
+    """The names of the `size` rows of a constraint."""
+    over = labels(hand)[constraint.over]
+    if len(over) != size:
+        over = tuple(map(str, range(size))) if size != 1 else ("",)
+    return [f"{constraint.name}[{label}]" if label else constraint.name for label in over]

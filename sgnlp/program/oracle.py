@@ -112,7 +112,7 @@ class SurfaceJets(ca.Callback):
         return 0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Functions:
     """f, ∇f, g, J and H of a nonlinear program, functions of (x, p) and, for H, (λ_f, λ_g).
 
@@ -126,7 +126,7 @@ class Functions:
     hessian: ca.Function
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Oracle(Functions):
     """The functions of a nonlinear program over a surface."""
 

@@ -1,59 +1,77 @@
 """What the symbolic functions of a program depend on: they are built and compiled once for each structure."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import inf
 
-from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
+from sgnlp.program.constraint import Constraint
+from sgnlp.program.formulation import Formulation
+from sgnlp.program.terms.term import Term
+
+OURS = "sgnlp.program."
+"""Where what is built in comes from; its source is in the key of compiled functions anyway."""
 
 
 @dataclass(frozen=True)
 class Structure:
-    """All that the symbolic functions depend on, beside the hand."""
+    """All that the symbolic functions depend on, beside the hand: all terms and constraints of the plan, no numbers."""
 
-    formulation: str
+    formulation: Formulation
     samples: int
     density: str
     equilibrium: str
-    metric: str = "spring"
-    heuristic: bool = False
-    torques: bool = False
+    terms: tuple[Term, ...]  # of weight 1
+    constraints: tuple[Constraint, ...]  # without bounds
 
     @property
-    def lifted(self) -> bool:
-        """Whether tips and the pose at equilibrium are variables."""
-        return self.formulation == "lifted"
+    def objective(self) -> tuple[Term, ...]:
+        """The terms of the objective."""
+        return self.formulation.terms(self.terms)
 
     @property
-    def traits(self) -> tuple[str, ...]:
-        """What constraints may need: formulation, metric, gains that follow from the surface, limits of torques."""
-        there = {
-            "heuristic": self.heuristic,
-            "torques": self.torques,
-            "torques_eq": self.torques and self.metric == "spring",
-        }
-        return (self.formulation, self.metric, *(name for name, yes in there.items() if yes))
+    def rows(self) -> tuple[Constraint, ...]:
+        """The constraints whose rows the program has."""
+        return self.formulation.constraints(self.constraints)
 
     @property
-    def rigid(self) -> "Structure":
-        """The structure whose functions an elastic program wraps: its own but for the formulation."""
-        return replace(self, formulation="constrained") if self.formulation == "elastic" else self
+    def inner(self) -> "Structure":
+        """The structure whose functions this one's program wraps: its own, if it has some."""
+        return replace(self, formulation=self.formulation.inner)
+
+    @property
+    def key(self) -> str | None:
+        """A text that differs wherever the functions may; None if a part of them has no source that is known."""
+        parts = [_key(self.formulation, type(self.formulation).__module__)]
+        parts += [_key(term, type(term).__module__) for term in self.terms]
+        parts += [_key(c, getattr(c.value, "__module__", "")) for c in self.constraints]
+        numbers = f"{self.samples} {self.density} {self.equilibrium}"
+        return None if None in parts else " ".join([numbers, *map(str, parts)])
 
 
-def structure(settings: Settings, formulation: str) -> Structure:
-    """The structure of a formulation: `penalty`, `constrained`, `elastic` or `lifted`.
+def _key(part: Formulation | Term | Constraint, module: str) -> str | None:
+    if not (module.startswith(OURS) or part.source):
+        return None
+    if isinstance(part, Constraint):
+        code = getattr(part.value, "__code__", None)
+        return f"{part.name} {part.source} {module} {code and code.co_firstlineno} {part.scale} {part.always}"
+    return f"{part.name} {part.source} {part}"
+
+
+def structure(
+    settings: Settings, formulation: Formulation, terms: Sequence[Term], constraints: Sequence[Constraint]
+) -> Structure:
+    """The structure of a formulation of a plan's terms and constraints.
 
     Raises `InputError` if the formulation cannot say what the settings ask for.
     """
+    formulation.check(settings)
     contact = settings.contact
-    if formulation == "lifted" and (contact.metric, contact.equilibrium) != ("spring", "exact"):
-        needs = "needs --contact.metric spring and --contact.equilibrium exact"
-        raise InputError(f"--solver.formulation lifted {needs}, not {contact.metric} and {contact.equilibrium}")
     return Structure(
         formulation=formulation,
         samples=contact.samples,
         density=contact.density,
         equilibrium=contact.equilibrium,
-        metric=contact.metric,
-        heuristic=contact.heuristic > 0,
-        torques=settings.limits.effort > 0 and formulation != "penalty",
+        terms=tuple(replace(term, weight=1.0) for term in terms),
+        constraints=tuple(replace(c, lower=-inf, upper=inf) for c in constraints),
     )

@@ -10,13 +10,14 @@ from rich.text import Text
 
 from sgnlp.hand.hand import Hand
 from sgnlp.planning.plan import Plan
-from sgnlp.planning.recompute import rotation_angle
 from sgnlp.planning.solution import Solution
-from sgnlp.program.terms import TERMS
 from sgnlp.show.columns import Table
 from sgnlp.simulation import Outcome
 
 Array = NDArray[np.float64]
+
+NOTHING = 1e-3
+"""In the units of tables, mm and N among them: a smaller value is printed as 0."""
 
 YES, NO = Text("yes", style="green"), Text("no", style="red")
 
@@ -65,7 +66,7 @@ def fingers_table(plan: Plan, s: Solution) -> Table:
 def energy_table(plan: Plan, s: Solution) -> Table:
     """The exact energy of a grasp, term by term."""
     table = Table(f"Start {s.start}, exact energy", "term", "value", "weight", "share")
-    for term, w, e in zip(TERMS, plan.problem.weights(), s.energy_terms, strict=True):
+    for term, w, e in zip(plan.problem.terms, plan.problem.weights(), s.energy_terms, strict=True):
         table.add_row(term.name, f"{e:.4g}", f"{w:g}", f"{w * e:.2f}")
     table.add_row("total", "", "", f"{s.energy:.2f}", style="bold")
     return table
@@ -73,22 +74,24 @@ def energy_table(plan: Plan, s: Solution) -> Table:
 
 def checks_table(s: Solution) -> Table:
     """The feasibility checks of a grasp."""
-    table = Table(f"Start {s.start}, recomputed", "check", "value", "at least", "passed")
+    table = Table(f"Start {s.start}, recomputed", "constraint", "worst value", "demanded", "passed")
     for check in s.checks:
-        value, least = f"{check.value:.3g} {check.unit}", f"{check.least:.3g} {check.unit}"
-        table.add_row(check.name, value, least, YES if check.passed else NO)
-    angle = np.degrees(rotation_angle(s.grasp.rotation))
-    table.add_row("object turns by", f"{angle:.2f} deg", "", "")
+        value = f"{_near_zero(check.value):.3g} {check.unit}".rstrip()
+        table.add_row(check.row or check.name, value, check.demand, YES if check.passed else NO)
     return table
+
+
+def _near_zero(value: float) -> float:
+    """The value, or 0 where it is smaller than any table tells."""
+    return value if abs(value) >= NOTHING else 0.0
 
 
 def violations_table(s: Solution) -> Table:
     """The constraints that a grasp does not satisfy, the worst first in the scales of the rows, and by how much."""
     table = Table(f"Start {s.start}, not satisfied", "constraint", "value", "limit", "by")
     for v in s.violations:
-        factor, unit = (1e3, "mm") if v.unit == "m" else (1.0, v.unit)
         numbers = (v.value, v.limit, abs(v.value - v.limit))
-        table.add_row(v.name, *(f"{factor * number:.3g} {unit}".rstrip() for number in numbers))
+        table.add_row(v.name, *(f"{number:.3g} {v.unit}".rstrip() for number in numbers))
     return table
 
 

@@ -8,7 +8,7 @@ from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation, load
 from sgnlp.planning.ipopt import schedule
-from sgnlp.planning.problem import Problem, pose
+from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.program.compiled import can_compile, compile_program
 from sgnlp.program.structure import Structure, structure
 
@@ -40,7 +40,7 @@ class Bench:
     @cached_property
     def problems(self) -> list[Problem]:
         """The problem of each file."""
-        return [pose(observation, self.hand, self.settings, self.seed) for observation in self.observations]
+        return [build_problem(observation, self.hand, self.settings, self.seed) for observation in self.observations]
 
     @property
     def structures(self) -> list[Structure]:

@@ -11,7 +11,7 @@ from sgnlp.experiments.benchmarks.measure import Row, clocked, cold_times, timin
 from sgnlp.experiments.benchmarks.oracle import call, scene
 from sgnlp.experiments.benchmarks.solving import planned
 from sgnlp.planning.ipopt import Planner
-from sgnlp.planning.problem import pose
+from sgnlp.planning.problem import build_problem
 from sgnlp.planning.starts import starts
 
 SURFACE_POINTS = (100, 200, 500, 1000)

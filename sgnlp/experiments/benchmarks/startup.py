@@ -11,7 +11,7 @@ from sgnlp.experiments.benchmarks.measure import Row, Time, clock, cold_times, t
 from sgnlp.experiments.benchmarks.processes import cache, fresh, python
 from sgnlp.perception.observation import load
 from sgnlp.planning.ipopt import Planner
-from sgnlp.planning.problem import pose
+from sgnlp.planning.problem import build_problem
 from sgnlp.program.compiled import compile_program
 from sgnlp.program.nlp import build
 

@@ -12,7 +12,7 @@ from sgnlp.cli import codes
 from sgnlp.cli.flags import ROWS, Observing, made
 from sgnlp.experiments.testset import Entry, export
 from sgnlp.planning import results
-from sgnlp.planning.problem import pose
+from sgnlp.planning.problem import build_problem
 from sgnlp.planning.starts import starts
 from sgnlp.show import tables
 
@@ -47,7 +47,7 @@ class Export(Observing):
         rows, inputs = [], {}
         for file in self.files:
             observation = self.observation(file)
-            problem = pose(observation, self.hand, self.settings, self.seed)
+            problem = build_problem(observation, self.hand, self.settings, self.seed)
             program = export(observation.name, problem, starts(problem, self.starts, self.seed), self.start, self.seed)
             if not self.catalogue:
                 program.write(self.out / observation.name)

@@ -14,7 +14,7 @@ from sgnlp.experiments.studies.trials import LOADS, NO_PLAN, carried_out
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import load
 from sgnlp.planning.plan import Plan
-from sgnlp.planning.problem import pose
+from sgnlp.planning.problem import build_problem
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def rows_of(run: Run | None, first: Row) -> list[Row]:
     if run is None or isinstance(solution, str):
         return [replace(first, load=load) for load in LOADS]
     observation, hand = load(run.file), load_hand(run.hand, run.settings.spheres)
-    problem = pose(observation, hand, run.settings, run.seed)
+    problem = build_problem(observation, hand, run.settings, run.seed)
     plan = Plan(observation, problem, (solution,), (), run.seed, 1, run.limit, {})
     found = []
     for name, settings in LOADS.items():

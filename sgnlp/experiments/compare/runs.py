@@ -16,7 +16,7 @@ from sgnlp.experiments.compare.route import Route, Run, Stage, functions_of
 from sgnlp.experiments.compare.row import Row
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import load
-from sgnlp.planning.problem import Problem, pose
+from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.planning.solution import Solution
 from sgnlp.planning.solvers.anatomy import Answer, Array
 from sgnlp.planning.solvers.multipliers import best_residuals
@@ -58,7 +58,7 @@ def chosen(run: Run) -> Solution | str:
 
 @lru_cache(maxsize=1)
 def _posed(file: Path, hand: str, settings: Settings, seed: int) -> Problem:
-    return pose(load(file), load_hand(hand, settings.spheres), settings, seed)
+    return build_problem(load(file), load_hand(hand, settings.spheres), settings, seed)
 
 
 @lru_cache(maxsize=8)

@@ -19,7 +19,7 @@ from sgnlp.perception.observation import Observation, load
 from sgnlp.planning.firstorder import descend
 from sgnlp.planning.ipopt import Planner
 from sgnlp.planning.pool import Failure, map_starts, solve_start
-from sgnlp.planning.problem import pose
+from sgnlp.planning.problem import build_problem
 from sgnlp.planning.solution import SOLVED_FACTOR
 from sgnlp.planning.starts import Start, starts
 from sgnlp.program.nlp import ENERGY_UNIT
@@ -102,7 +102,7 @@ def case(
     timeout: float,
 ) -> list[Row]:
     """The rows of one observation, in the order of the starts; a failed start is a row that says why."""
-    problem = pose(observation, hand, settings, seed)
+    problem = build_problem(observation, hand, settings, seed)
     names = " ".join(observation.view_names)
     rows = []
     for result in map_starts(compare, problem, starts(problem, count, seed), 1, timeout):

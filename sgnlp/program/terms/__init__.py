@@ -1,5 +1,8 @@
-"""The energy: one small class a term, its docstring the equation, its body the same equation."""
+"""The energy terms that the paper has and those that it lacks, one class each."""
 
+from dataclasses import replace
+
+from sgnlp.base.settings import Settings
 from sgnlp.program.terms.barrier import Stability
 from sgnlp.program.terms.closure import Closure, Deviation
 from sgnlp.program.terms.collision import Collision
@@ -8,7 +11,7 @@ from sgnlp.program.terms.regularisation import Gains, Joints, Motion, Pose
 from sgnlp.program.terms.spring import Force, Spring
 from sgnlp.program.terms.term import Term
 
-TERMS: tuple[Term, ...] = (
+COMPLIANT: tuple[Term, ...] = (
     Spring(),
     Distance(),
     Uncertainty(),
@@ -20,9 +23,17 @@ TERMS: tuple[Term, ...] = (
     Force(),
     Pose(),
     Stability(),
-    Closure(),
-    Deviation(),
 )
-"""All terms, in the order of the paper's equation and of every table; those of force closure last."""
+"""The terms of a compliant grasp, in the order of the paper's equation and of every table."""
+CLOSURE: tuple[Term, ...] = (Distance(), Collision(), Joints(), Closure(), Deviation())
+"""The terms of force closure, the paper's bilevel baseline."""
 
-__all__ = ["TERMS", "Term"]
+__all__ = ["CLOSURE", "COMPLIANT", "Term", "preset_terms"]
+
+
+def preset_terms(settings: Settings) -> tuple[Term, ...]:
+    """The built-in terms that settings ask for, with their weights; E_pose takes the place of the motion's penalty."""
+    terms = COMPLIANT if settings.contact.metric == "spring" else CLOSURE
+    moved = settings.weights.pose > 0
+    weights = {t: 0.0 if moved and isinstance(t, Motion) else getattr(settings.weights, t.setting) for t in terms}
+    return tuple(replace(term, weight=weight) for term, weight in weights.items())

@@ -13,8 +13,7 @@ UNIT = 0.01
 class Stability(Term):
     """E_stab = -log(ρ/UNIT), ρ the rotational stiffness of the equilibrium."""
 
-    name = weight = "stability"
-    metric = "spring"
+    name = setting = "stability"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """Falls as the equilibrium stiffens."""

@@ -27,8 +27,7 @@ from sgnlp.program.terms.term import Term
 class Closure(Term):
     """E_fc = |Σ F_i| + |Σ (p_i - c_g) × F_i| in N and N m, as printed."""
 
-    name = weight = "closure"
-    metric = "closure"
+    name = setting = "closure"
     constrained_elsewhere = True
 
     def value(self, g: Grasp, op: Ops) -> Any:
@@ -40,8 +39,7 @@ class Deviation(Term):
     """E_uncer = Σ σ_d(p_i): contacts where the surface is known."""
 
     name = "deviation"
-    weight = "uncer"
-    metric = "closure"
+    setting = "uncer"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """In metres."""

@@ -16,7 +16,7 @@ class Collision(Term):
     The printed 1/d jumps at d = r and rewards penetration; the hinge has its slope at contact and no pole.
     """
 
-    name = weight = "col"
+    name = setting = "col"
     constrained_elsewhere = True
 
     def value(self, g: Grasp, op: Ops) -> Any:

@@ -13,7 +13,7 @@ FAINT_DENSITY = 1e-2
 class Distance(Term):
     """E_dist = Σ |d_i|, d_i the metric distance of a pad to the surface."""
 
-    name = weight = "dist"
+    name = setting = "dist"
     constrained_elsewhere = True
 
     def value(self, g: Grasp, op: Ops) -> Any:
@@ -28,8 +28,7 @@ class Uncertainty(Term):
     the way, as in the paper's release; s_i = 1 m⁻¹ is the printed form with its missing 1/K.
     """
 
-    name = weight = "uncer"
-    metric = "spring"
+    name = setting = "uncer"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """A pure number either way."""
@@ -42,8 +41,7 @@ class Uncertainty(Term):
 class Targets(Term):
     """E_tar = Σ μ(o_i): targets deep inside. The raw mean: a metric distance is undefined on the medial axis."""
 
-    name = weight = "tar"
-    metric = "spring"
+    name = setting = "tar"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """In metres of the posterior mean."""

@@ -10,8 +10,7 @@ from sgnlp.program.terms.term import Term
 class Gains(Term):
     """E_gain = Σ k_i. Printed Σ k_i²; with w = 0.5 that would drown every other term (22 400 at the start)."""
 
-    name = weight = "gain"
-    metric = "spring"
+    name = setting = "gain"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """In N/m."""
@@ -22,7 +21,7 @@ class Joints(Term):
     """First half of E_reg: |q_ref - q|² over the joints."""
 
     name = "reg_joints"
-    weight = "reg"
+    setting = "reg"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """In rad²."""
@@ -33,8 +32,7 @@ class Motion(Term):
     """Second half of E_reg: Σ |p_i - p_i(eq)|². Replaced by E_pose where that has a weight."""
 
     name = "reg_motion"
-    weight = "reg"
-    metric = "spring"
+    setting = "reg"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """In m²."""
@@ -44,8 +42,7 @@ class Motion(Term):
 class Pose(Term):
     """E_pose = Σ |p_i(des) - p_i(eq)|: the object is to move so, for instance to rise by 1 cm."""
 
-    name = weight = "pose"
-    metric = "spring"
+    name = setting = "pose"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """In metres."""

@@ -18,8 +18,7 @@ def margins(forces: Any, normals: Any, friction: Any, op: Ops) -> Any:
 class Spring(Term):
     """E_sp = -Σ log(1 + ε_i(t0)) - Σ log(1 + ε_i(eq))."""
 
-    name = weight = "sp"
-    metric = "spring"
+    name = setting = "sp"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """Both states count alike."""
@@ -31,8 +30,7 @@ class Spring(Term):
 class Force(Term):
     """E_force = -Σ min(f_min, |f_i(eq)|): force is rewarded (the printed sign would minimise it)."""
 
-    name = weight = "force"
-    metric = "spring"
+    name = setting = "force"
     constrained_elsewhere = True
 
     def value(self, g: Grasp, op: Ops) -> Any:

@@ -1,23 +1,35 @@
 """What an energy term is."""
 
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.ops import Ops
 
 
+@dataclass(frozen=True)
 class Term:
-    """An unweighted term of the energy, written once for CasADi and NumPy.
+    """A term of the energy E = Σ weight · value(g), written once for CasADi and NumPy.
 
-    `name` is its column in every table, `weight` the field of `settings.Weights` that multiplies it. A term that a
-    constraint replaces in the constrained formulation says so, and so does one that belongs to a single metric.
+    A term of your own is a subclass with a `value`; its name is that of the class in lower case, unless it has another.
+    `setting` is the field of `settings.Weights` that weighs a built-in term. A term that a constraint replaces in the
+    constrained formulation says so by `constrained_elsewhere`.
     """
 
-    name: ClassVar[str]
-    weight: ClassVar[str]
+    weight: float = 1.0
+
+    name: ClassVar[str] = ""
+    setting: ClassVar[str] = ""
     constrained_elsewhere: ClassVar[bool] = False
-    metric: ClassVar[str] = ""
+    source: ClassVar[str] = ""
+    """Hash of the file that a term was loaded from; it goes into the key of compiled functions."""
+
+    def __init_subclass__(cls) -> None:
+        """Name the term after its class."""
+        super().__init_subclass__()
+        if "name" not in cls.__dict__:
+            cls.name = cls.__name__.lower()
 
     def value(self, g: Grasp, op: Ops) -> Any:
-        """The term at a grasp."""
+        """The term at a grasp, unweighted: a CasADi scalar or a number, in the operations `op`."""
         raise NotImplementedError

@@ -183,10 +183,10 @@ def numbers(result: Reopened, summary: Mapping[str, Any]) -> Section:
     for name, term in found["energy_terms"].items():
         terms.append((name, f"{term['value']:.4g}", f"{term['weight']:g}", f"{term['share']:.2f}"))
     terms.append(("total", "", "", f"{found['energy']:.2f}"))
-    checks = [("check", "value", "at least", "passed")]
+    checks = [("constraint", "worst value", "demanded", "passed")]
     for name, check in found["checks"].items():
-        value, least = (f"{check[key]:.3g} {check['unit']}".strip() for key in ("value", "least"))
-        checks.append((name, value, least, "yes" if check["passed"] else "no"))
+        value = f"{check['value']:.3g} {check['unit']}".strip()
+        checks.append((check["row"] or name, value, check["demand"], "yes" if check["passed"] else "no"))
     both = (Sheet("Energy, term by term", tuple(terms)), Sheet("Margins and checks", tuple(checks)))
     return Section("Energy and checks of the best", (said,), sheets=both)
 

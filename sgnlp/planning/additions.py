@@ -1,0 +1,99 @@
+"""What a user adds to a plan, or leaves out of it: terms, constraints, a kernel, a formulation, a solver."""
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from sgnlp.base.errors import InputError, unknown
+from sgnlp.base.presets import ROBUST
+from sgnlp.base.settings import Settings
+from sgnlp.program.constraint import Constraint
+from sgnlp.program.constraints import preset_constraints
+from sgnlp.program.formulation import Formulation
+from sgnlp.program.formulations import formulation
+from sgnlp.program.structure import Structure, structure
+from sgnlp.program.terms import Term, preset_terms
+
+Part = TypeVar("Part", Term, Constraint)
+
+
+@dataclass(frozen=True)
+class Additions:
+    """To the built-in terms and constraints of a preset. One of the same name takes the place of a built-in one."""
+
+    terms: tuple[Term, ...] = ()
+    constraints: tuple[Constraint, ...] = ()
+    without_terms: tuple[str, ...] = ()
+    without_constraints: tuple[str, ...] = ()
+    formulation: Formulation | None = None  # else that of the settings
+
+    def chosen(self, settings: Settings) -> Formulation:
+        """The formulation of a plan with these settings."""
+        return self.formulation or formulation(settings.solver.formulation)
+
+    def structures(self, settings: Settings) -> list[Structure]:
+        """The structures of the programs that a plan with these settings solves in turn."""
+        terms, constraints = self.all_terms(settings), self.all_constraints(settings)
+        phases = self.chosen(settings).phases(settings.solver)
+        return [structure(settings, phase.formulation, terms, constraints) for phase in phases]
+
+    def all_terms(self, settings: Settings) -> tuple[Term, ...]:
+        """The terms of a plan with these settings; raises `InputError` for a name that is twice or not there."""
+        return _joined("term", preset_terms(settings), self.terms, self.without_terms)
+
+    def all_constraints(self, settings: Settings) -> tuple[Constraint, ...]:
+        """The constraints of a plan with these settings; raises `InputError` for a name that is twice or not there."""
+        return _joined("constraint", preset_constraints(settings), self.constraints, self.without_constraints)
+
+
+NOTHING = Additions()
+
+
+def _joined(kind: str, ours: Sequence[Part], theirs: Sequence[Part], without: Collection[str]) -> tuple[Part, ...]:
+    names, new = {part.name: part for part in ours}, {part.name: part for part in theirs}
+    if len(new) < len(theirs):
+        twice = next(p.name for p in theirs if sum(q.name == p.name for q in theirs) > 1)
+        raise InputError(f"two of the given {kind}s are called '{twice}'; give one of them another name")
+    for name in without:
+        if name not in names:
+            raise unknown(kind, name, names)
+    both = names | new  # a built-in one keeps its place when it is changed
+    return tuple(part for name, part in both.items() if name not in without)
+
+
+class Named(Mapping[str, Part]):
+    """Parts by name; looking up one that is not there raises `InputError` with the valid names."""
+
+    def __init__(self, kind: str, parts: Sequence[Part]):
+        self._kind = kind
+        self._parts: dict[str, Part] = {part.name: part for part in parts}
+
+    def __getitem__(self, name: str) -> Part:
+        if name not in self._parts:
+            raise unknown(self._kind, name, self._parts)
+        return self._parts[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._parts)
+
+    def __len__(self) -> int:
+        return len(self._parts)
+
+    def __contains__(self, name: Any) -> bool:
+        return name in self._parts
+
+
+def terms(settings: Settings = ROBUST) -> Named[Term]:
+    """The built-in terms that settings ask for, with their weights, by name.
+
+    >>> replace(sgnlp.terms()["uncer"], weight=50.0)  # given to `solve`, it takes the place of the built-in one
+    """
+    return Named("term", preset_terms(settings))
+
+
+def constraints(settings: Settings = ROBUST) -> Named[Constraint]:
+    """The built-in constraints that settings ask for, with their bounds, by name.
+
+    >>> replace(sgnlp.constraints()["stiffness"], lower=0.02)
+    """
+    return Named("constraint", preset_constraints(settings))

@@ -1,0 +1,166 @@
+"""What a constraint is: rows with bounds, and the check that a finished grasp meets them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import acos, degrees, inf
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.base.errors import InputError
+from sgnlp.program.grasp import Grasp
+from sgnlp.program.ops import Exact, Ops
+
+Array = NDArray[np.float64]
+
+TOLERANCE = 1e-3
+"""Tolerance of a constraint that states none, in its scale: 0.01 mm, 1 mN, a margin of 0.001."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A row of 1 is `scale` in SI units; `reading` turns SI units into what `symbol` names in tables."""
+
+    symbol: str
+    scale: float = 1.0
+    reading: Callable[[float], float] = float
+
+
+def _milli(value: float) -> float:
+    return 1e3 * value
+
+
+def _angle_deg(trace: float) -> float:
+    """The angle [deg] of a rotation of that trace, 1 + 2 cos."""
+    return degrees(acos(min(max((trace - 1) / 2, -1.0), 1.0)))
+
+
+NUMBER = Unit("")
+LENGTH = Unit("mm", 0.01, _milli)
+FORCE = Unit("N")
+STIFFNESS = Unit("mN m", 0.01, _milli)
+"""Of ρ."""
+TORQUE = Unit("N m", 0.1)
+"""Of the net torque: forces of some newtons at some centimetres."""
+EFFORT = Unit("of the effort")
+GAIN = Unit("N/m", 100.0)
+TRACE = Unit("deg", 1.0, _angle_deg)
+UNITS = {"": NUMBER, "m": LENGTH, "N": FORCE, "N m": TORQUE, "N/m": GAIN}
+"""What a constraint may name by its SI symbol; any other symbol stands for itself, with a scale of 1."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """The worst row of a constraint, exact: `value` is to lie between `lower` and `upper`, all in `unit`.
+
+    `passed` is whether it does so within the `tolerance`; NaN never does.
+    """
+
+    name: str
+    value: float
+    lower: float
+    upper: float
+    tolerance: float
+    unit: str
+    passed: bool
+    row: str = ""  # name of the row that is worst
+
+    @property
+    def demand(self) -> str:
+        """What the value is to be: "at least 5 mN m", "0 ± 2 mm", "4 to 10 N"."""
+        if self.lower == self.upper:
+            text = f"{self.lower:.3g} ± {self.tolerance:.3g}"
+        elif self.upper == inf:
+            text = f"at least {self.lower:.3g}"
+        elif self.lower == -inf:
+            text = f"at most {self.upper:.3g}"
+        else:
+            text = f"{self.lower:.3g} to {self.upper:.3g}"
+        return f"{text} {self.unit}".rstrip()
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """Rows lower ≤ value(g) ≤ upper of a grasp g, and everything that follows from them.
+
+    Attributes:
+        name: in tables, in the names of rows and in `Solution.violated`.
+        value: the rows at a grasp, in SI units, written in the operations of `Ops` once for CasADi and NumPy.
+        lower: bound of every row, in SI units.
+        upper: bound of every row.
+        unit: SI symbol of `UNITS`, another symbol, or a `Unit`; rows are divided by its scale for the solver.
+        tolerance: by how much the exact rows of a feasible grasp may miss their bounds, in SI units.
+        over: what the rows go over, a key of `names.labels`; rows of no such thing are numbered.
+        about: what it demands, in a few words.
+        always: whether it bounds the penalty formulation too.
+        domain: whether it says where the functions are defined; the elastic formulation never relaxes such a one.
+        source: hash of the file that it was loaded from; it goes into the key of compiled functions.
+
+    Raises:
+        InputError: the bounds are crossed or not numbers.
+    """
+
+    name: str
+    value: Callable[[Grasp, Ops], Any]
+    lower: float = -inf
+    upper: float = inf
+    unit: Unit | str = NUMBER
+    tolerance: float | None = None
+    over: str = ""
+    about: str = ""
+    always: bool = False
+    domain: bool = False
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        """Resolve the unit and the tolerance."""
+        if not self.lower <= self.upper:
+            raise InputError(f"constraint '{self.name}' has the bounds {self.lower:g} to {self.upper:g}")
+        if isinstance(self.unit, str):
+            object.__setattr__(self, "unit", UNITS.get(self.unit, Unit(self.unit)))
+        if self.tolerance is None:
+            object.__setattr__(self, "tolerance", TOLERANCE * self.scale)
+
+    @property
+    def scale(self) -> float:
+        """What a row of 1 is, in SI units."""
+        assert isinstance(self.unit, Unit)
+        return self.unit.scale
+
+    @property
+    def bounded(self) -> bool:
+        """Whether it bounds anything."""
+        return self.lower > -inf or self.upper < inf
+
+    @property
+    def symbol(self) -> str:
+        """The unit of tables."""
+        assert isinstance(self.unit, Unit)
+        return self.unit.symbol
+
+    def reading(self, value: float) -> float:
+        """A value in SI units in the unit of tables."""
+        assert isinstance(self.unit, Unit)
+        return self.unit.reading(value)
+
+    def check(self, g: Grasp, rows: Sequence[str] = ()) -> Check | None:
+        """The exact check of a grasp, without any smoothing; None if there is no row. `rows` are their names."""
+        assert self.tolerance is not None
+        values = np.asarray(self.value(g, Exact()), dtype=float).ravel()
+        if not values.size:
+            return None
+        excess = np.maximum(self.lower - values, values - self.upper)
+        worst = int(np.argmax(np.where(np.isnan(excess), inf, excess)))
+        low, high = sorted(map(self.reading, (self.lower, self.upper)))
+        near = self.lower if self.lower > -inf else self.upper
+        return Check(
+            name=self.name,
+            value=self.reading(float(values[worst])),
+            lower=low,
+            upper=high,
+            tolerance=abs(self.reading(near) - self.reading(near - self.tolerance)),
+            unit=self.symbol,
+            passed=bool(excess[worst] <= self.tolerance),
+            row=rows[worst] if rows else "",
+        )

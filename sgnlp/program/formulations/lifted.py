@@ -1,0 +1,92 @@
+"""The constrained program with tips and the pose at equilibrium as variables, and what defines them as equations.
+
+    a = FK(v),   Σ k (o - p_eq) = M g e_z,   Σ (p_eq - c_eq) × k (o - p_eq) = 0,
+    p_eq = R p + t,   c_eq = R c_g + t = c_g + s,   R the rotation of the Gibbs vector w, tan(θ/2) times its axis
+
+In the variables (x, a, w, s) contacts, path and forces no longer depend on the joints, and R on the grasp only through
+the balance: every function is shorter and less curved, the program larger. Its solutions are those of the constrained
+one, for `stiffness` keeps out equilibria that are not minima.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import casadi as ca
+import numpy as np
+
+from sgnlp.base.errors import InputError
+from sgnlp.base.settings import Settings
+from sgnlp.hand.hand import Hand
+from sgnlp.hand.kinematics import frames
+from sgnlp.program import equilibrium
+from sgnlp.program.constraint import FORCE, LENGTH, TORQUE, Constraint
+from sgnlp.program.formulation import Array, Bounds, Variables
+from sgnlp.program.formulations.constrained import Constrained
+from sgnlp.program.lifting import Lifting
+from sgnlp.program.names import AXES
+from sgnlp.program.nlp import Nlp, grasp_variables, variable_units
+from sgnlp.program.oracle import Oracle
+
+UNITS = {"tip": 0.1, "turn": 0.1, "shift": 0.01}
+"""Units of the added variables [m, -, m], so that all are of order 1."""
+EQUATIONS = (
+    Constraint("tip", lambda g, op: g.tip_errors, 0.0, 0.0, LENGTH, over="tip"),
+    Constraint("balance_force", lambda g, op: g.wrench_eq[0, :], 0.0, 0.0, FORCE, over="axis"),
+    Constraint("balance_torque", lambda g, op: g.wrench_eq[1, :], 0.0, 0.0, TORQUE, over="axis"),
+)
+"""What defines the added variables."""
+
+
+@dataclass(frozen=True)
+class Lifted(Constrained):
+    """More variables and more equations, each of them short."""
+
+    def check(self, settings: Settings) -> None:
+        """It has the equations of the springs' exact equilibrium."""
+        metric, kind = settings.contact.metric, settings.contact.equilibrium
+        if (metric, kind) != ("spring", "exact"):
+            needs = "needs --contact.metric spring and --contact.equilibrium exact"
+            raise InputError(f"--solver.formulation lifted {needs}, not {metric} and {kind}")
+
+    def constraints(self, constraints: Sequence[Constraint]) -> tuple[Constraint, ...]:
+        """Those of the plan, and its own equations."""
+        return (*constraints, *EQUATIONS)
+
+    def variables(self, hand: Hand) -> Variables:
+        """Tips (m, 3) row by row, Gibbs vector (3) and shift (3) of the motion to the equilibrium."""
+        tips = [f"tip.{finger.name}.{axis}" for finger in hand.fingers for axis in AXES]
+        motion = [f"equilibrium.{kind}{axis}" for kind in ("r", "") for axis in AXES]
+        units = [UNITS["tip"]] * len(tips) + [UNITS["turn"]] * 3 + [UNITS["shift"]] * 3
+        return Variables((*tips, *motion), np.array(units))
+
+    def variable_bounds(self, nlp: Nlp, g_bounds: Bounds) -> Bounds:
+        """None: the equations bind them."""
+        free = np.full(len(self.variables(nlp.hand).units), np.inf)
+        return -free, free
+
+    def begin(self, oracle: Oracle, x: Array, p: Array, g_bounds: Bounds) -> Array:
+        """The tips, Gibbs vector and shift that x defines."""
+        hand, given = oracle.nlp.hand, oracle.nlp.parameters.unpack(p)
+        *pose, o, k = grasp_variables(hand, given.wrist, given.joints, x * variable_units(hand))
+        a, _ = frames(hand, *pose)
+        grasp = ca.DM(o + given.c * (a - o)), ca.DM(o), ca.DM(k)
+        B = equilibrium.profile(*grasp, given.mass, ca.DM(given.com))
+        R, _ = equilibrium.rotation(B, equilibrium.root_guess(B))
+        shift = R @ given.com + equilibrium.translation(R, *grasp, given.mass) - given.com
+        motion = ca.vertcat(equilibrium.gibbs_vector(R), shift)
+        return np.concatenate([a.ravel(), np.array(motion).ravel()]) / self.variables(hand).units
+
+    def tips(self, added: ca.SX, tips: ca.SX) -> ca.SX:
+        """Those that are variables."""
+        m = tips.shape[0]
+        return ca.reshape(added[: 3 * m], 3, m).T
+
+    def rotation(self, added: ca.SX, B: ca.SX, lifting: Lifting) -> tuple[ca.SX, ca.SX]:
+        """R of the Gibbs vector, and ρ, which is right where R is that of an equilibrium."""
+        R = equilibrium.turned(added[-6:-3])
+        return R, equilibrium.stiffness(R, B)
+
+    def translation(self, added: ca.SX, R: ca.SX, par: SimpleNamespace, p: ca.SX, o: ca.SX, k: ca.SX) -> ca.SX:
+        """t that moves the object's centre by the shift."""
+        return par.com + added[-3:] - R @ par.com

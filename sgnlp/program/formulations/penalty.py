@@ -1,0 +1,23 @@
+"""The whole energy, constrained only where it must be for the equilibrium and the surface model to be defined."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from sgnlp.program.constraint import Constraint
+from sgnlp.program.formulation import Formulation
+from sgnlp.program.terms.term import Term
+
+
+@dataclass(frozen=True)
+class Penalty(Formulation):
+    """min E: contact, force and clearances are terms of the energy."""
+
+    exact_feet = False
+
+    def terms(self, terms: Sequence[Term]) -> tuple[Term, ...]:
+        """All of them."""
+        return tuple(terms)
+
+    def constraints(self, constraints: Sequence[Constraint]) -> tuple[Constraint, ...]:
+        """Those that always hold."""
+        return tuple(c for c in constraints if c.always)

@@ -1,0 +1,19 @@
+"""The penalty formulation for a few iterations, then the constrained one: it plans most often."""
+
+from dataclasses import dataclass
+
+from sgnlp.base.settings import Solver
+from sgnlp.program.formulation import Phase
+from sgnlp.program.formulations.constrained import Constrained
+from sgnlp.program.formulations.penalty import Penalty
+
+
+@dataclass(frozen=True)
+class TwoPhase(Constrained):
+    """The first phase brings the hand to the object, the second meets the constraints."""
+
+    name = "two_phase"
+
+    def phases(self, solver: Solver) -> tuple[Phase, ...]:
+        """Penalty, then constrained."""
+        return Phase(Penalty(), solver.penalty_iterations), Phase(Constrained(), solver.max_iterations)
