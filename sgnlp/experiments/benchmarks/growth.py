@@ -24,7 +24,7 @@ def points(bench: Bench) -> Iterator[Row]:
     """Fit, Hessian and a start of the first object with ever more training points."""
     for count in SURFACE_POINTS:
         settings = replace(bench.settings, gpis=replace(bench.settings.gpis, surface_points=count))
-        fit = partial(pose, bench.observations[0], bench.hand, settings, bench.seed)
+        fit = partial(build_problem, bench.observations[0], bench.hand, settings, bench.seed)
         problem = fit()
         size = f"N = {len(problem.gpis.X)}"
         with threadpool_limits(1):

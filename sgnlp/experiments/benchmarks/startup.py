@@ -25,7 +25,7 @@ def rows(bench: Bench) -> Iterator[Row]:
     count = f"{len(bench.files)} objects"
     times = [t for file in bench.files for t in warm_times(partial(load, file), bench.repeats)]
     yield timing("load and clean a cloud", "ms", times, count)
-    fits = [partial(pose, seen, bench.hand, bench.settings, bench.seed) for seen in bench.observations]
+    fits = [partial(build_problem, seen, bench.hand, bench.settings, bench.seed) for seen in bench.observations]
     times = [t for fit in fits for t in warm_times(fit, bench.repeats)]
     yield timing("fit the surface", "ms", times, f"{count}, N = {len(bench.problems[0].gpis.X)}")
     yield from _functions(bench)
