@@ -11,27 +11,47 @@ from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.depth import DepthImage, from_depth
 from sgnlp.perception.observation import Observation, load, observe
+from sgnlp.planning.additions import constraints, terms
+from sgnlp.planning.extension import extension
 from sgnlp.planning.grasps import Grasps
-from sgnlp.planning.plan import Plan, solve
+from sgnlp.planning.plan import Plan
 from sgnlp.planning.results import load_grasps
-from sgnlp.planning.summary import arrays
+from sgnlp.planning.solve import solve
+from sgnlp.planning.solvers.ipopt import Ipopt
+from sgnlp.planning.solvers.solver import Answer, NlpInstance, Solver
+from sgnlp.program.constraint import Constraint
+from sgnlp.program.formulation import Formulation
+from sgnlp.program.grasp import Grasp
+from sgnlp.program.terms import Term
+from sgnlp.simulation.simulate import simulate
 
 __all__ = [
+    "Answer",
+    "Constraint",
     "DepthImage",
+    "Formulation",
+    "Grasp",
     "Grasps",
     "Hand",
     "InputError",
+    "Ipopt",
+    "NlpInstance",
     "Observation",
     "Plan",
     "Settings",
     "SgnlpError",
-    "arrays",
+    "Solver",
+    "Term",
+    "constraints",
+    "extension",
     "from_depth",
     "load",
     "load_grasps",
     "load_hand",
     "observe",
     "preset",
+    "simulate",
     "solve",
+    "terms",
 ]
 __version__ = "0.1.0"

@@ -6,7 +6,8 @@ from functools import lru_cache
 from scenes import SMALL, hand, observation
 
 from sgnlp.planning.grasps import Grasps
-from sgnlp.planning.plan import Plan, solve
+from sgnlp.planning.plan import Plan
+from sgnlp.planning.solve import solve
 
 SMALL_FLAGS = ["--gpis.surface-points", "60", "--gpis.interior-points", "15", "--gpis.exterior-noise", "0.2"]
 SMALL_FLAGS += ["--contact.mass", "0"]

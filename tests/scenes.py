@@ -11,13 +11,17 @@ from sgnlp.base.settings import GpisSettings, Settings
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.hand.kinematics import integrate
 from sgnlp.perception.observation import Observation, observe
-from sgnlp.planning.problem import Problem, pose
+from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.planning.recompute import recompute
 from sgnlp.planning.starts import Start, initial, starts
 from sgnlp.program.grasp import Grasp
-from sgnlp.program.nlp import FUNCTIONS, Nlp, build, frame, variable_units
+from sgnlp.program.compiled import program
+from sgnlp.program.constraints import preset_constraints
+from sgnlp.program.formulations import formulation
+from sgnlp.program.nlp import FUNCTIONS, Nlp, frame, variable_units
 from sgnlp.program.oracle import Oracle, join
 from sgnlp.program.parameters import ParameterVector
+from sgnlp.program.terms import preset_terms
 from sgnlp.surface.gpis import Gpis, fit
 from sgnlp.surface.training import training_set
 
@@ -68,14 +72,25 @@ _loaded = lru_cache(partial(load_hand, "allegro_left"))
 @lru_cache
 def posed(settings: Settings) -> Problem:
     """The problem of grasping the ellipsoid."""
-    return pose(observation(), hand(settings.spheres), settings)
+    return build_problem(observation(), hand(settings.spheres), settings)
+
+
+def with_settings(problem: Problem, settings: Settings) -> Problem:
+    """The same hand and surface with other settings."""
+    terms, constraints = preset_terms(settings), preset_constraints(settings)
+    return replace(problem, settings=settings, terms=terms, constraints=constraints)
 
 
 @lru_cache
-def oracle(settings: Settings, formulation: str) -> Oracle:
+def oracle(settings: Settings, name: str) -> Oracle:
     """The functions of `posed(settings)` in a formulation."""
     problem = posed(settings)
-    return join(build(problem.hand, problem.structure(formulation)), problem.gpis)
+    return join(built(problem, name), problem.gpis)
+
+
+def built(problem: Problem, name: str) -> Nlp:
+    """The program of a problem in a formulation, interpreted."""
+    return program(problem.hand, problem.structure(formulation(name)), compiled=False)
 
 
 def random_point(problem: Problem, nlp: Nlp, seed: int, spread: float = 0.05) -> tuple[Start, Array]:
@@ -86,6 +101,12 @@ def random_point(problem: Problem, nlp: Nlp, seed: int, spread: float = 0.05) ->
     x += spread * rng.normal(size=len(x))
     low, high = (bound[: len(x)] for bound in problem.variable_bounds(nlp, start.joints))
     return start, np.clip(x, low + spread / 10, high - spread / 10)
+
+
+def with_added(functions: Oracle, x: Array, p: Array, g_bounds: tuple[Array, Array]) -> Array:
+    """Scaled variables that every program has, with those that the oracle's formulation adds."""
+    shared = x[: len(variable_units(functions.nlp.hand))]
+    return np.concatenate([shared, functions.nlp.structure.formulation.begin(functions, shared, p, g_bounds)])
 
 
 def random_rotation(rng: np.random.Generator) -> Array:
@@ -117,8 +138,8 @@ def random_grasp(settings: Settings, seed: int) -> Grasp:
 
 def unbuilt(problem: Problem) -> Nlp:
     """The penalty program of a problem without its functions: what its variables and parameters need."""
-    given = frame(problem.hand, problem.structure("penalty"))
-    return Nlp(**given, row_sizes=(1,) * len(given["constraints"]), **dict.fromkeys(FUNCTIONS))
+    structure = problem.structure(formulation("penalty"))
+    return Nlp(**frame(problem.hand, structure, [1] * len(structure.rows)), **dict.fromkeys(FUNCTIONS))
 
 
 def block(parameters: ParameterVector, name: str) -> slice:

@@ -14,7 +14,6 @@ from plans import small_plan
 
 import sgnlp
 from sgnlp.planning import results
-from sgnlp.planning.summary import arrays, summary
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "docs" / "examples"
@@ -27,7 +26,7 @@ def folder(tmp_path_factory) -> Path:
     """A small result."""
     plan = small_plan()
     made = tmp_path_factory.mktemp("result")
-    results.save(arrays(plan), summary(plan), made)
+    results.save(plan.arrays(), plan.summary(), made)
     return made
 
 

@@ -17,7 +17,7 @@ from rich.console import Console
 from sgnlp.base.errors import InputError, MachineError, SolverError
 from sgnlp.base.exclusive import alone
 from sgnlp.cli import codes, compiling, lacks
-from sgnlp.cli.flags import ROWS, Observing, Tabling, made
+from sgnlp.cli.flags import ROWS, Extending, Observing, Tabling, made
 from sgnlp.cli.progress import Bar, bars
 from sgnlp.hand.hand import Hand, available_hands, load_hand
 from sgnlp.planning import results
@@ -29,7 +29,7 @@ MADE = "made.json"
 
 
 @dataclass(kw_only=True)
-class Batch(Tabling, Observing):
+class Batch(Extending, Tabling, Observing):
     """Plan grasps for many clouds, each into its own folder; run again, it goes on where it ended."""
 
     files: tyro.conf.Positional[tuple[Path, ...]]
@@ -85,11 +85,11 @@ class Batch(Tabling, Observing):
 
     def _prepare(self, console: Console, bar: Callable[[str, int | None], Bar], hand: Hand, objects: int) -> None:
         """Compile first, where that pays; the machines of a cluster have caches of their own."""
-        if self.scheduler or not self.build or not compiling.worthwhile(hand, self.settings, objects * self.starts):
+        if self.scheduler or not self.build or not compiling.worthwhile(hand, self, objects * self.starts):
             return
         console.print("Compiling the functions first, once for all objects (--no-build leaves them interpreted).")
         try:
-            compiling.build(hand, self.settings, self.jobs, bar)
+            compiling.build(hand, self, self.jobs, bar)
         except (SolverError, MachineError) as error:
             console.print(f"The functions stay interpreted: {error}", soft_wrap=True)
 
@@ -108,6 +108,7 @@ class Batch(Tabling, Observing):
             up=self.up,
             pose=self.pose,
             cleaning=self.cleaning,
+            extension=self.extension,
         )
 
     def _workers(self) -> Workers:

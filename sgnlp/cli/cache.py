@@ -11,14 +11,14 @@ from sgnlp.base import toolchain
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
 from sgnlp.cli import compiling
-from sgnlp.cli.flags import Planning
+from sgnlp.cli.flags import Extending, Planning
 from sgnlp.cli.progress import bars
 from sgnlp.hand.hand import load_hand
 from sgnlp.show import tables
 
 
 @dataclass(kw_only=True)
-class Cache(Planning):
+class Cache(Extending, Planning):
     """Show, build or clear the compiled functions. A build takes half a minute and serves every object."""
 
     build: bool = False
@@ -36,7 +36,7 @@ class Cache(Planning):
             toolchain.clear()
         if self.build:
             with bars(console) as bar:
-                compiling.build(load_hand(self.hand, self.settings.spheres), self.settings, self.jobs, bar)
+                compiling.build(load_hand(self.hand, self.settings.spheres), self, self.jobs, bar)
         libraries = [file for file in toolchain.entries() if file.suffix == ".so"]
         sizes = {file.name: f"{file.stat().st_size / 1e6:.2f} MB" for file in libraries}
         console.print(tables.facts_table(f"Compiled, in {toolchain.cache_folder()}", sizes))

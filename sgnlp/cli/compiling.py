@@ -4,7 +4,8 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
-from typing import Any
+from pathlib import Path
+from typing import Any, Protocol
 
 from rich.console import Console
 
@@ -13,7 +14,7 @@ from sgnlp.base.errors import MachineError, SolverError
 from sgnlp.base.settings import Settings
 from sgnlp.cli.progress import Bar
 from sgnlp.hand.hand import Hand
-from sgnlp.planning.additions import NOTHING
+from sgnlp.planning.additions import Additions
 from sgnlp.program import compiled
 from sgnlp.surface import native
 
@@ -23,14 +24,25 @@ WORTH = 300
 """Starts for which a build pays before they begin: it takes 60 s of processor time, and saves 0.2 s of each."""
 
 
-def build(hand: Hand, settings: Settings, jobs: int, bar: Callable[[str, int | None], Bar]) -> None:
-    """Compile what the settings need, unless that is done; `bar` makes a progress bar.
+class Asked(Protocol):
+    """The flags of a command that plans."""
+
+    hand: str
+    settings: Settings
+    with_: Path | None
+
+    @property
+    def additions(self) -> Additions: ...  # noqa: D102
+
+
+def build(hand: Hand, asked: Asked, jobs: int, bar: Callable[[str, int | None], Bar]) -> None:
+    """Compile what a command's plans need, unless that is done; `bar` makes a progress bar.
 
     Raises:
         SolverError: there is no compiler, it fails, or the cache cannot be written.
         MachineError: there is no room for it.
     """
-    for structure in NOTHING.structures(settings):
+    for structure in asked.additions.structures(asked.settings):
         progress = bar(f"compiling {structure.formulation.name}", None).move
         try:
             compiled.compile_program(hand, structure, jobs, progress)
@@ -38,26 +50,26 @@ def build(hand: Hand, settings: Settings, jobs: int, bar: Callable[[str, int | N
             raise type(error)(f"cannot compile: {error}") from None
 
 
-def worthwhile(hand: Hand, settings: Settings, starts: int) -> bool:
+def worthwhile(hand: Hand, asked: Asked, starts: int) -> bool:
     """Whether it takes less time to build first than to solve so many starts interpreted."""
-    return starts >= WORTH and missing(hand, settings) and compiled.can_compile()
+    return starts >= WORTH and missing(hand, asked) and compiled.can_compile()
 
 
-def missing(hand: Hand, settings: Settings) -> bool:
-    """Whether a formulation of the settings is not in the cache, though compiled functions are wanted."""
-    paths = [compiled.path(hand, structure) for structure in NOTHING.structures(settings)]
-    return settings.solver.compiled and not all(path is None or compiled.built(path) for path in paths)
+def missing(hand: Hand, asked: Asked) -> bool:
+    """Whether a program of the plans is not in the cache, though compiled functions are wanted."""
+    paths = [compiled.path(hand, structure) for structure in asked.additions.structures(asked.settings)]
+    return asked.settings.solver.compiled and not all(path is None or compiled.built(path) for path in paths)
 
 
-def offer(console: Console, hand: Hand, name: str, settings: Settings) -> None:
+def offer(console: Console, hand: Hand, asked: Asked) -> None:
     """Tell that the functions were interpreted; on a terminal, compile them in the background for the next run."""
-    if not missing(hand, settings):
+    if not missing(hand, asked):
         return
     if not compiled.can_compile() or native.library() is None:
         why = toolchain.cache_fault() or toolchain.compiler_fault() or native.attempt()[1]
         console.print(f"The functions are interpreted, which takes about twice as long: {why}", soft_wrap=True)
         return
-    command = ["cache", "--build", *_flags(name, settings)]
+    command = ["cache", "--build", *_flags(asked)]
     if not console.is_terminal:
         console.print(
             f"The functions are interpreted; 'sgnlp {' '.join(command)}' compiles them, once for all objects.",
@@ -76,9 +88,10 @@ def offer(console: Console, hand: Hand, name: str, settings: Settings) -> None:
     console.print(text, soft_wrap=True)
 
 
-def _flags(name: str, settings: Settings) -> list[str]:
+def _flags(asked: Asked) -> list[str]:
     """The flags that decide the structure, where they differ from the defaults."""
-    default, contact = Settings(), settings.contact
+    settings, default = asked.settings, Settings()
+    contact = settings.contact
     values: dict[str, tuple[Any, Any]] = {
         "spheres": (settings.spheres, default.spheres),
         "solver.formulation": (settings.solver.formulation, default.solver.formulation),
@@ -87,4 +100,5 @@ def _flags(name: str, settings: Settings) -> list[str]:
     for field in ("samples", "density", "equilibrium", "metric", "heuristic"):
         values[f"contact.{field}"] = (getattr(contact, field), getattr(default.contact, field))
     flags = [word for flag, (value, usual) in values.items() if value != usual for word in (f"--{flag}", str(value))]
-    return flags if name == "allegro_left" else ["--hand", name, *flags]
+    own = ["--with", str(asked.with_)] if asked.with_ else []
+    return [*([] if asked.hand == "allegro_left" else ["--hand", asked.hand]), *own, *flags]

@@ -15,6 +15,8 @@ from sgnlp.base.presets import ROBUST, preset
 from sgnlp.base.settings import Settings
 from sgnlp.perception.observation import Observation, ObservationSettings, Up, load
 from sgnlp.planning import environment, results
+from sgnlp.planning.additions import NOTHING, Additions
+from sgnlp.planning.extension import Extension, extension
 
 Command = TypeVar("Command")
 ROWS, PARQUET = "rows.csv", "rows.parquet"
@@ -38,6 +40,24 @@ class Planning(Checked):
     def _check(self, name: str, value: Any, names: tuple[str, ...]) -> None:
         if value is not tyro.MISSING:  # the default of what is required
             super()._check(name, value, names)
+
+
+@dataclass(kw_only=True)
+class Extending:
+    """With what of the user's own."""
+
+    with_: Annotated[Path | None, tyro.conf.arg(name="with")] = None
+    """a file of your own with TERMS, CONSTRAINTS, KERNEL, FORMULATION or SOLVER"""
+
+    @property
+    def extension(self) -> Extension | None:
+        """What the file adds."""
+        return extension(self.with_) if self.with_ else None
+
+    @property
+    def additions(self) -> Additions:
+        """What it adds to a plan."""
+        return self.extension.additions() if self.extension else NOTHING
 
 
 @dataclass(kw_only=True)

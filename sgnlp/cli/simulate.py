@@ -17,7 +17,7 @@ from sgnlp.perception.observation import Observation, load
 from sgnlp.planning import reopen, results
 from sgnlp.planning.grasps import Grasps
 from sgnlp.show import simulation_pictures, tables
-from sgnlp.simulation import Body, Command, Outcome, SimulationSettings, command, plain, simulate, true_body
+from sgnlp.simulation import Body, Command, Outcome, SimulationSettings, command, execute, plain, true_body
 
 SIMULATION = "simulation.json"
 DEFAULTS = SimulationSettings()
@@ -58,7 +58,7 @@ class Simulate:
         with bars(console) as bar:
             simulating = bar("simulating", len(ranks))
             for rank in ranks:
-                outcomes.append(simulate(command(grasps, rank), thing, hand, settings))
+                outcomes.append(execute(command(grasps, rank), thing, hand, settings))
                 simulating.advance(outcomes)
         folder = self.folder if self.folder.is_dir() else self.folder.parent
         results.write_text(folder / SIMULATION, results.json_text(self._made(source, settings, outcomes)))

@@ -10,17 +10,17 @@ from rich.console import Console
 from rich.text import Text
 
 from sgnlp.cli import codes, compiling, lacks
-from sgnlp.cli.flags import Observing
+from sgnlp.cli.flags import Extending, Observing
 from sgnlp.cli.progress import starts_bar
 from sgnlp.hand.hand import load_hand
 from sgnlp.planning import results
-from sgnlp.planning.plan import Plan, solve
-from sgnlp.planning.summary import arrays, histories, summary
+from sgnlp.planning.plan import Plan
+from sgnlp.planning.solve import solve
 from sgnlp.show import tables
 
 
 @dataclass(kw_only=True)
-class Solve(Observing):
+class Solve(Extending, Observing):
     """Plan compliant pregrasps for a point cloud (.npz, .ply, .pcd, .xyz)."""
 
     file: tyro.conf.Positional[Path]
@@ -49,25 +49,26 @@ class Solve(Observing):
                 observation,
                 hand,
                 self.settings,
+                extension=self.extension,
                 count=self.starts,
                 seed=self.seed,
                 jobs=self.jobs,
                 timeout=self.timeout,
                 progress=advance,
             )
-        outcome = summary(plan)
-        results.save(arrays(plan), outcome, folder, histories(plan))
+        outcome = plan.summary()
+        results.save(plan.arrays(), outcome, folder, plan.histories())
         pages = reporting.write(folder, hand=self.hand) if reporting and plan.solutions else []
         if self.json:
             sys.stdout.write(results.json_text(outcome))
         if show:
-            _show(console, plan, [folder / results.GRASPS, folder / results.SUMMARY, *pages], self.hand)
+            _show(console, plan, [folder / results.GRASPS, folder / results.SUMMARY, *pages], self)
             for caution in outcome["cautions"]:
                 console.print(Text.assemble(("caution:", "yellow"), f" {caution}"), soft_wrap=True)
         return codes.FEASIBLE if plan.best else codes.NONE_FEASIBLE
 
 
-def _show(console: Console, plan: Plan, files: list[Path], hand: str) -> None:
+def _show(console: Console, plan: Plan, files: list[Path], asked: Solve) -> None:
     for note in plan.observation.notes:
         console.print(note, style="dim")
     for table in tables.tables(plan):
@@ -76,6 +77,6 @@ def _show(console: Console, plan: Plan, files: list[Path], hand: str) -> None:
     for line in tables.pose_lines(plan, plan.solutions[0]) if plan.solutions else []:
         console.print(line, soft_wrap=True)
     lacks.tell(console)
-    compiling.offer(console, plan.problem.hand, hand, plan.problem.settings)
+    compiling.offer(console, plan.problem.hand, asked)
     console.print(tables.headline(plan))
     console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)

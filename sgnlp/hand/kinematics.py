@@ -68,7 +68,8 @@ def forward(hand: Hand, wrist: ca.SX, joints: ca.SX, v: ca.SX, using: Backend | 
     tips = points([(finger.frame, finger.offset) for finger in hand.fingers])
     spheres = points([(sphere.link, sphere.centre) for sphere in hand.spheres])
     origins = points([(link, np.zeros(3)) for link in link_names(hand)])
-    return Frames(*ca.cse([tips, spheres, position, rotation]), origins=origins)
+    tips, spheres, position, rotation = ca.cse([tips, spheres, position, rotation])
+    return Frames(tips, spheres, position, rotation, origins)
 
 
 def integrate(hand: Hand, wrist: Array, joints: Array, v: Array) -> tuple[Array, Array]:

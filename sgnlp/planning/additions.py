@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
+from sgnlp.planning.solvers.solver import Solver
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.constraints import preset_constraints
 from sgnlp.program.formulation import Formulation
@@ -26,6 +27,18 @@ class Additions:
     without_terms: tuple[str, ...] = ()
     without_constraints: tuple[str, ...] = ()
     formulation: Formulation | None = None  # else that of the settings
+    solver: Solver | None = None  # else Ipopt as the settings have it
+
+    def and_of(self, other: "Additions") -> "Additions":
+        """These and others; of two objects for one purpose, this one's."""
+        return Additions(
+            terms=other.terms + self.terms,
+            constraints=other.constraints + self.constraints,
+            without_terms=other.without_terms + self.without_terms,
+            without_constraints=other.without_constraints + self.without_constraints,
+            formulation=self.formulation or other.formulation,
+            solver=self.solver or other.solver,
+        )
 
     def chosen(self, settings: Settings) -> Formulation:
         """The formulation of a plan with these settings."""

@@ -19,9 +19,9 @@ from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import DEFAULTS, Observation, ObservationSettings, Up, load
 from sgnlp.planning import results
+from sgnlp.planning.extension import Extension
 from sgnlp.planning.grasps import Grasps
-from sgnlp.planning.plan import solve
-from sgnlp.planning.summary import arrays, histories, summary
+from sgnlp.planning.solve import solve
 from sgnlp.planning.workers import Workers, each, one_at_a_time
 
 
@@ -44,6 +44,7 @@ class Task:
     up: Up = "z"
     pose: tuple[float, ...] | None = None
     cleaning: ObservationSettings = DEFAULTS
+    extension: Extension | None = None
     root: Path = field(default_factory=Path.cwd)
 
     def load(self, file: Path) -> Observation:
@@ -136,9 +137,9 @@ def plan(task: Task, file: Path) -> Planned:
     """The result for one file."""
     with one_at_a_time():
         hand = load_hand(task.hand, task.settings.spheres)
-        options = {"count": task.count, "seed": task.seed, "timeout": task.timeout}
+        options = {"count": task.count, "seed": task.seed, "timeout": task.timeout, "extension": task.extension}
         found = solve(task.load(file), hand, task.settings, jobs=1, **options)  # type: ignore[arg-type]
-        return arrays(found), summary(found), histories(found)
+        return found.arrays(), found.summary(), found.histories()
 
 
 def _saved(file: Path, name: str, planned: Planned | str, folder: Path) -> Row:
@@ -174,7 +175,8 @@ def _expected(task: Task) -> dict[str, Any]:
     """What the meta block of a result of this task says, as it is read from JSON."""
     hand = load_hand(task.hand, task.settings.spheres)
     made = {"hand": hand.name, "settings": asdict(task.settings), "seed": task.seed, "starts": task.count}
-    return json.loads(json.dumps(made | {"timeout": task.timeout}))
+    told = {"file": task.extension.file, "sha256": task.extension.digest} if task.extension else None
+    return json.loads(json.dumps(made | {"timeout": task.timeout, "extension": told}))
 
 
 def _known(folder: Path, expected: dict[str, Any]) -> Grasps | None:

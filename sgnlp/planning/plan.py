@@ -1,25 +1,23 @@
-"""Plan grasps: from an observation to ranked solutions."""
+"""A plan: the ranked grasps of one observation, and what is said of them in arrays and in plain values."""
 
-import time
-from collections.abc import Callable, Sequence
-from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
 
-from sgnlp.base.errors import InputError
-from sgnlp.base.presets import ROBUST
-from sgnlp.base.settings import Settings
-from sgnlp.hand.hand import Hand
+import numpy as np
+from numpy.typing import NDArray
+
 from sgnlp.perception.observation import Observation
-from sgnlp.planning.additions import Additions
-from sgnlp.planning.faraway import moved_cloud, moved_problem, moved_solution, origin
-from sgnlp.planning.pool import Failure, solve_all
-from sgnlp.planning.problem import Problem, build_problem
-from sgnlp.planning.solution import Solution, rank
-from sgnlp.planning.solvers.solver import Solver
-from sgnlp.planning.starts import starts
-from sgnlp.program.constraint import Constraint
-from sgnlp.program.formulation import Formulation
-from sgnlp.program.terms import Term
+from sgnlp.planning import results
+from sgnlp.planning.cautions import cautions
+from sgnlp.planning.cautions.planned import Planned
+from sgnlp.planning.environment import kinematics_backend, machine, surface_backend, versions
+from sgnlp.planning.extension import Extension
+from sgnlp.planning.grasps import Grasps, stack
+from sgnlp.planning.planner import History
+from sgnlp.planning.pool import Failure
+from sgnlp.planning.problem import Problem
+from sgnlp.planning.solution import Solution, torque_share
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,69 +35,118 @@ class Plan:
     jobs: int
     timeout: float
     seconds: dict[str, float]
+    extension: Extension | None = None
 
     @property
     def best(self) -> Solution | None:
         """The first feasible solution, if there is one."""
         return self.solutions[0] if self.solutions and self.solutions[0].feasible else None
 
+    def meta(self) -> dict[str, Any]:
+        """How a plan was made: enough to make it again."""
+        observation = self.observation
+        return {
+            "object": observation.name,
+            "source": observation.source,
+            "working_folder": str(Path.cwd()),
+            "input_digest": observation.digest,
+            "reading": observation.reading,
+            "table_height": observation.table_height,
+            "hand": self.problem.hand.name,
+            "settings": asdict(self.problem.settings, dict_factory=_plain),
+            "seed": self.seed,
+            "starts": len(self.solutions) + len(self.failures),
+            "timeout": self.timeout,
+            "versions": versions(),
+            "kinematics": kinematics_backend(),
+            "formulation": self.problem.formulation.name,
+            "terms": [term.name for term in self.problem.terms],
+            "constraints": [constraint.name for constraint in self.problem.constraints],
+            "extension": {"file": self.extension.file, "sha256": self.extension.digest} if self.extension else None,
+            "surface": surface_backend() if self.problem.settings.solver.compiled else "NumPy",
+            "machine": machine(),
+            "seconds": self.seconds | {"jobs": self.jobs},
+        }
 
-def solve(
-    observation: Observation,
-    hand: str | Hand = "allegro_left",
-    settings: Settings = ROBUST,
-    *,
-    terms: Sequence[Term] = (),
-    constraints: Sequence[Constraint] = (),
-    without_terms: Sequence[str] = (),
-    without_constraints: Sequence[str] = (),
-    formulation: Formulation | None = None,
-    solver: Solver | None = None,
-    count: int = 7,
-    seed: int = 0,
-    jobs: int = 2,
-    timeout: float = 60.0,
-    progress: Callable[[Solution | Failure], None] = lambda result: None,
-) -> Plan:
-    """Plan compliant pregrasps for an observation.
+    def arrays(self) -> Grasps:
+        """The plan's grasps as arrays, best first, infeasible ones last."""
+        return stack(self.problem.hand, self.problem.terms, self.solutions, self.meta())
 
-    Args:
-        observation: the cloud, from `sgnlp.load` or `sgnlp.observe`.
-        hand: name of a hand, or a loaded one.
-        settings: all settings; `sgnlp.preset` has "robust" (default) and "paper".
-        terms: added to those of the settings; one of a built-in name takes that one's place.
-        constraints: the same.
-        without_terms: names of built-in terms to leave out.
-        without_constraints: names of built-in constraints to leave out.
-        formulation: in the place of that of the settings.
-        solver: in the place of Ipopt as the settings have it.
-        count: number of starts; the first are those of the hand's file.
-        seed: of the training set and of the starts beyond the file's. The same seed gives the same result.
-        jobs: worker processes; the result does not depend on it.
-        timeout: wall-clock limit of a start [s].
-        progress: called with each result as it comes.
+    def histories(self) -> dict[str, NDArray[Any]]:
+        """How every start went: the columns of `History` with the number of the start before them, start by start."""
+        if not self.solutions:
+            return {}
+        ordered = sorted(self.solutions, key=lambda s: s.start)
+        columns = {f.name: np.concatenate([getattr(s.history, f.name) for s in ordered]) for f in fields(History)}
+        return {"start": np.concatenate([np.full(len(s.history.energy), s.start) for s in ordered])} | columns
 
-    Raises:
-        InputError: the hand or a setting is not valid, or the surface cannot be fitted.
-    """
-    if min(count, jobs) < 1 or not timeout > 0 or seed < 0:
-        raise InputError(f"count {count}, jobs {jobs}, timeout {timeout:g} must be positive, seed {seed} not negative")
-    begin = time.perf_counter()
-    middle = origin(observation)
-    far = bool(middle.any())
-    without = tuple(without_terms), tuple(without_constraints)
-    additions = Additions(tuple(terms), tuple(constraints), *without, formulation)
-    near = moved_cloud(observation, -middle) if far else observation
-    problem = build_problem(near, hand, settings, seed, additions)
-    fitted = time.perf_counter()
-    results = []
-    with closing(solve_all(problem, starts(problem, count, seed), jobs, timeout, solver)) as ended:
-        for result in ended:
-            progress(result)
-            results.append(result)
-    solutions = rank([r for r in results if isinstance(r, Solution)], settings.rank_by)
-    if far:
-        problem, solutions = moved_problem(problem, middle), [moved_solution(s, middle) for s in solutions]
-    failures = sorted((r for r in results if isinstance(r, Failure)), key=lambda f: f.start)
-    seconds = {"fit": fitted - begin, "solve": time.perf_counter() - fitted}
-    return Plan(observation, problem, tuple(solutions), tuple(failures), seed, jobs, timeout, seconds)
+    def summary(self) -> dict[str, Any]:
+        """The plan's outcome: counts, every start, the best grasp's breakdown, what was dropped or assumed."""
+        tolerance = self.problem.settings.solver.tolerance
+        return self.meta() | {
+            "notes": list(self.observation.notes),
+            "cautions": cautions(Planned(self.arrays(), self.problem.hand, self.observation, self.problem)),
+            "feasible": sum(s.feasible for s in self.solutions),
+            "solved": sum(s.solved(tolerance) for s in self.solutions),
+            "starts_table": [_start(s, rank) for rank, s in enumerate(self.solutions)]
+            + [{"start": f.start, "failure": f.reason} for f in self.failures],
+            "best": _grasp(self.best, self) if self.best else None,
+        }
+
+    def save(self, folder: str | Path) -> None:
+        """Write `grasps.npz`, `summary.json` and `history.npz` into a folder, each whole or not at all."""
+        results.save(self.arrays(), self.summary(), Path(folder), self.histories())
+
+
+def _plain(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A mapping as JSON reads it back: with lists for tuples."""
+    return {name: list(value) if isinstance(value, tuple) else value for name, value in pairs}
+
+
+def _start(s: Solution, rank: int) -> dict[str, Any]:
+    return {
+        "rank": rank,
+        "start": s.start,
+        "feasible": s.feasible,
+        "violated": list(s.violated),
+        "worst_margin": s.worst_margin,
+        "energy": s.energy,
+        "stiffness": float(s.grasp.stiffness),
+        "kkt": asdict(s.kkt),
+        "violations": [asdict(violation) for violation in s.violations],
+        "status": s.status,
+        "iterations": s.iterations,
+        "seconds": s.seconds,
+    }
+
+
+def _grasp(s: Solution, plan: Plan) -> dict[str, Any]:
+    hand, g, weights = plan.problem.hand, s.grasp, plan.problem.weights()
+    fingers = {
+        finger.name: {
+            "gain": float(g.gains[i]),
+            "target": g.targets[i].tolist(),
+            "tip_pregrasp": g.tips[i].tolist(),
+            "contact_point": s.contact_points[i].tolist(),
+            "normal": g.normals[i].tolist(),
+            "force": float(np.linalg.norm(g.forces_eq[i])),
+            "margin_initial": float(s.margins_initial[i]),
+            "margin_equilibrium": float(s.margins_equilibrium[i]),
+            "contact_distance_mm": 1e3 * float(g.gaps[i]),
+            "deviation_mm": 1e3 * float(g.contact_deviations[i]),
+        }
+        for i, finger in enumerate(hand.fingers)
+    }
+    return {
+        "start": s.start,
+        "wrist": s.wrist.tolist(),
+        "joints": dict(zip(hand.joint_names, s.joints.tolist(), strict=True)),
+        "fingers": fingers,
+        "energy": s.energy,
+        "energy_terms": {
+            term.name: {"weight": float(w), "value": float(e), "share": float(w * e)}
+            for term, w, e in zip(plan.problem.terms, weights, s.energy_terms, strict=True)
+        },
+        "torque_over_effort": torque_share(g, plan.problem.settings.contact.metric),
+        "checks": {check.name: asdict(check) | {"demand": check.demand} for check in s.checks},
+    }

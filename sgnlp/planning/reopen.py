@@ -1,5 +1,6 @@
 """A result's problem posed again: its cloud read from its source, its surface fitted as it was."""
 
+from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -8,7 +9,9 @@ from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation, ObservationSettings, load
+from sgnlp.planning.additions import NOTHING, Additions
 from sgnlp.planning.cautions.planned import Planned
+from sgnlp.planning.extension import extension
 from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.planning.results import load_grasps
@@ -62,7 +65,23 @@ def observation(grasps: Grasps, folder: Path, file: Path | None = None) -> Obser
 
 def problem(grasps: Grasps, cloud: Observation, hand: Hand) -> Problem:
     """The problem that the grasps solve: the same seed and settings fit the same surface."""
-    return build_problem(cloud, hand, settings(grasps.meta), int(grasps.meta["seed"]))
+    added = additions(grasps.meta)
+    found = build_problem(cloud, hand, settings(grasps.meta), int(grasps.meta["seed"]), added)
+    names = [term.name for term in found.terms], [constraint.name for constraint in found.constraints]
+    if names != tuple(grasps.meta.get(key, own) for key, own in zip(("terms", "constraints"), names, strict=True)):
+        raise InputError("it was planned with terms or constraints that came from no file")
+    return found
+
+
+def additions(meta: Mapping[str, Any]) -> Additions:
+    """What the file of an extension added; raises `InputError` if it is not there, or is another now."""
+    told = meta.get("extension")
+    if not told:
+        return NOTHING
+    found = extension(told["file"])
+    if found.digest != told["sha256"]:
+        raise InputError(f"'{told['file']}' has changed since it was solved")
+    return found.additions()
 
 
 class Reopened(Planned):
@@ -79,6 +98,6 @@ def reopen(folder: Path, file: Path | None = None, hand: str | None = None) -> R
     found = load_hand(hand or grasps.meta["hand"], grasps.meta["settings"]["spheres"])
     try:
         cloud = observation(grasps, folder, file)
+        return Reopened(grasps, found, cloud, problem(grasps, cloud, found))
     except InputError as error:
         return Reopened(grasps, found, None, None, str(error))
-    return Reopened(grasps, found, cloud, problem(grasps, cloud, found))

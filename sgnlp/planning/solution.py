@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.hand.hand import Hand
 from sgnlp.planning.kkt import SOLVED_FACTOR, Kkt
 from sgnlp.planning.planner import History, Iterate
 from sgnlp.planning.problem import Problem
@@ -48,6 +49,7 @@ class Solution:
     seconds: float
     history: History
     violations: tuple[Violation, ...]  # rows of the solver's last program that are not met, worst first
+    hand: Hand | None = None  # that of the plan
 
     @property
     def feasible(self) -> bool:

@@ -1,14 +1,15 @@
 """Whether a grasp holds: the hand, the table and the true object in MuJoCo.
 
->>> outcome = simulate(command(grasps, 0), true_body(observation), hand, SimulationSettings(mass=0.3))
+>>> outcome = simulate(plan.best, observation, SimulationSettings(mass=0.3))
 >>> outcome.score, outcome.pushes_held
 """
 
 from sgnlp.simulation.body import Body, body, true_body
 from sgnlp.simulation.command import Command, command
-from sgnlp.simulation.judge import simulate
+from sgnlp.simulation.judge import execute
 from sgnlp.simulation.outcome import Closing, Lift, Outcome, Pregrasp, Push, Trace, plain
 from sgnlp.simulation.settings import SimulationSettings
+from sgnlp.simulation.simulate import simulate
 
 __all__ = [
     "Body",
@@ -22,6 +23,7 @@ __all__ = [
     "Trace",
     "body",
     "command",
+    "execute",
     "plain",
     "simulate",
     "true_body",

@@ -23,7 +23,7 @@ SLID_SCORE = 0.5
 DEFAULTS = SimulationSettings()
 
 
-def simulate(command: Command, body: Body, hand: Hand, settings: SimulationSettings = DEFAULTS) -> Outcome:
+def execute(command: Command, body: Body, hand: Hand, settings: SimulationSettings = DEFAULTS) -> Outcome:
     """Carry out a grasp on the true object and judge it. The same arguments give the same bits.
 
     Raises:

@@ -44,8 +44,8 @@ def test_an_object_that_is_to_rise_is_planned_to_and_its_motion_is_simulated(mon
         simulated.append((trials_simulate(command, body, *rest), body))
         return simulated[-1][0]
 
-    trials_simulate = trials.simulate
-    monkeypatch.setattr(trials, "simulate", simulate)
+    trials_simulate = trials.execute
+    monkeypatch.setattr(trials, "execute", simulate)
     (row,) = pose.risen(Setup((CAN,), "allegro_left", SMALL, 1, 0, 60.0), CAN, pose.CONDITIONS[0], ["0", "1", "2"])
     ((outcome, body),) = simulated
     assert (row.object, row.condition, row.feasible, row.ending) == ("can_1", WITH, 1, outcome.ending)

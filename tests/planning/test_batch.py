@@ -26,7 +26,6 @@ from sgnlp.cli import codes, run
 from sgnlp.planning import results
 from sgnlp.planning.batch import Row, Task, batch, plan
 from sgnlp.planning.pool import Failure
-from sgnlp.planning.summary import arrays, summary
 
 LEAN_FLAGS = [*SMALL_FLAGS, "--spheres", "paper", "--contact.samples", "2"]
 """Functions that a process builds in half the time."""
@@ -262,7 +261,7 @@ def test_another_limit_matters_only_where_a_start_was_stopped(solved, monkeypatc
 
 def test_the_result_of_solve_is_taken_over(solved):
     plan = replace(small_plan(), observation=task().load(cloud("one")))
-    results.save(arrays(plan), summary(plan), Path("results/one"))
+    results.save(plan.arrays(), plan.summary(), Path("results/one"))
     assert rows([Path("one.npz")])["one.npz"].reused is True
     assert not solved
 

@@ -11,7 +11,6 @@ from sgnlp import observe, solve
 from sgnlp.planning.cautions import OF_CLOUDS, REMARKS, cautions, clouds, plans
 from sgnlp.planning.cautions.planned import Planned
 from sgnlp.planning.starts import starts
-from sgnlp.planning.summary import arrays, summary
 from sgnlp.surface.kernels import KERNELS
 
 
@@ -26,7 +25,7 @@ def plan():
 
 @pytest.fixture(scope="module")
 def result(plan) -> Planned:
-    return Planned(arrays(plan), plan.problem.hand, plan.observation, plan.problem)
+    return Planned(plan.arrays(), plan.problem.hand, plan.observation, plan.problem)
 
 
 # Clouds ---------------------------------------------------------------------------------------------------------------
@@ -191,7 +190,7 @@ def test_a_sound_result_gives_no_reason_but_the_ones_it_has(plan, result):
     quiet = {*OF_CLOUDS, plans.no_feasible, plans.stopped, plans.unsolved, plans.beside, *REMARKS[:3]}
     assert not [caution.__name__ for caution in quiet if caution(result)]
     assert all(said.endswith(".") for said in cautions(result))
-    assert summary(plan)["cautions"] == cautions(result)
+    assert plan.summary()["cautions"] == cautions(result)
 
 
 def test_a_plan_without_grasps_has_the_cautions_of_its_cloud(result):

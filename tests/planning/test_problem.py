@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import SMALL, block, hand, observation, posed, unbuilt
+from scenes import SMALL, block, hand, observation, posed, unbuilt, with_settings
 
 from sgnlp.base.errors import InputError
-from sgnlp.base.settings import Limits
-from sgnlp.planning.problem import pose
+from sgnlp.base.settings import Limits, Weights
+from sgnlp.planning.problem import build_problem
 from sgnlp.planning.starts import starts
+from sgnlp.program.formulations import formulation
 
 
 @pytest.fixture
@@ -23,14 +24,14 @@ def nlp(problem):
 
 
 def test_a_hand_is_given_by_name_or_loaded(problem):
-    assert pose(observation(), "allegro_left", SMALL).hand.name == problem.hand.name == "allegro_left"
+    assert build_problem(observation(), "allegro_left", SMALL).hand.name == problem.hand.name == "allegro_left"
     assert problem.hand is hand()
     with pytest.raises(InputError, match=r"unknown hand 'claw'; valid: .*allegro_left"):
-        pose(observation(), "claw", SMALL)
+        build_problem(observation(), "claw", SMALL)
 
 
 def test_the_same_seed_fits_the_same_surface(problem):
-    again, other = pose(observation(), hand(), SMALL, seed=0), pose(observation(), hand(), SMALL, seed=1)
+    again, other = build_problem(observation(), hand(), SMALL, seed=0), build_problem(observation(), hand(), SMALL, seed=1)
     np.testing.assert_array_equal(again.gpis.alpha, problem.gpis.alpha)
     assert not np.array_equal(other.gpis.X, problem.gpis.X)
 
@@ -67,9 +68,9 @@ def test_the_wrist_may_turn_by_nearly_half_a_turn_and_no_further(problem):
 
 def test_without_a_weight_no_motion_is_desired_whatever_the_settings_say(problem):
     contact = replace(SMALL.contact, displacement=(0.01, 0.02, 0.03), turn=(0.1, 0.2, 0.3))
-    still = replace(problem, settings=replace(SMALL, contact=contact))
-    np.testing.assert_array_equal(still.displacement, np.zeros(3))
-    np.testing.assert_array_equal(still.turn, np.eye(3))
+    still = with_settings(problem, replace(SMALL, contact=contact)).numbers()
+    np.testing.assert_array_equal(still["displacement"], np.zeros(3))
+    np.testing.assert_array_equal(still["turn"], np.eye(3))
 
 
 @pytest.mark.parametrize("field", ["gain_min", "gain_max", "wrist_travel"])
@@ -77,7 +78,7 @@ def test_the_limits_of_the_settings_move_the_bounds(problem, nlp, field):
     limits = Limits(
         **vars(SMALL.limits) | {field: getattr(SMALL.limits, field) * (0.9 if field == "gain_max" else 1.1)}
     )
-    moved = replace(problem, settings=replace(SMALL, limits=limits))
+    moved = with_settings(problem, replace(SMALL, limits=limits))
     before, after = (np.concatenate(p.variable_bounds(nlp, hand().reference)) for p in (problem, moved))
     assert not np.array_equal(before, after)
 
@@ -121,7 +122,7 @@ def test_every_parameter_is_the_setting_of_its_name(problem, nlp):
 
 def test_the_desired_motion_of_the_object_reaches_the_program_where_it_has_a_weight(problem, nlp):
     contact = replace(SMALL.contact, displacement=(0.01, 0.02, 0.03), turn=(0.0, 0.0, np.pi / 2))
-    moved = replace(problem, settings=replace(SMALL, contact=contact, weights=replace(SMALL.weights, pose=1.0)))
+    moved = with_settings(problem, replace(SMALL, contact=contact, weights=replace(SMALL.weights, pose=1.0)))
     start = starts(problem, 1, 0)[0]
     p = moved.parameters(nlp, start.wrist, start.joints)
     np.testing.assert_array_equal(p[block(nlp.parameters, "displacement")], contact.displacement)
@@ -131,7 +132,7 @@ def test_the_desired_motion_of_the_object_reaches_the_program_where_it_has_a_wei
 
 def fixed(problem, limits: Limits, heuristic: float = 0.0):
     contact = replace(SMALL.contact, heuristic=heuristic)
-    return replace(problem, settings=replace(SMALL, limits=limits, contact=contact)).gain_bounds()
+    return with_settings(problem, replace(SMALL, limits=limits, contact=contact)).gain_bounds()
 
 
 def test_gains_are_fixed_at_a_multiple_of_the_hands_initial_ones_or_free_for_the_heuristic(problem):
@@ -146,17 +147,16 @@ def test_gains_are_fixed_at_a_multiple_of_the_hands_initial_ones_or_free_for_the
 
 
 def test_what_shapes_the_functions_is_their_structure_and_the_rest_are_parameters(problem):
+    penalty, constrained, elastic = map(formulation, ("penalty", "constrained", "elastic"))
     contact = replace(SMALL.contact, samples=7, density="density", equilibrium="printed")
-    structure = replace(problem, settings=replace(SMALL, contact=contact)).structure("constrained")
-    assert (structure.formulation, structure.samples) == ("constrained", 7)
+    structure = with_settings(problem, replace(SMALL, contact=contact)).structure(constrained)
+    assert (structure.formulation, structure.samples) == (constrained, 7)
     assert (structure.density, structure.equilibrium) == ("density", "printed")
-    assert (structure.metric, structure.heuristic) == ("spring", False)
-    contact = replace(SMALL.contact, metric="closure", heuristic=2.0)
-    structure = replace(problem, settings=replace(SMALL, contact=contact)).structure("penalty")
-    assert structure.traits == ("penalty", "closure", "heuristic")
-    strong = replace(problem, settings=replace(SMALL, limits=replace(SMALL.limits, effort=1.0)))
-    assert strong.structure("constrained").traits == ("constrained", "spring", "torques", "torques_eq")
-    assert strong.structure("penalty") == problem.structure("penalty")
-    assert strong.structure("elastic").rigid == strong.structure("constrained")
-    heavier = replace(problem, settings=replace(SMALL, contact=replace(SMALL.contact, mass=1.0, c=0.5, pad=False)))
-    assert heavier.structure("penalty") == problem.structure("penalty")
+    closure = replace(SMALL, contact=replace(SMALL.contact, metric="closure"))
+    assert with_settings(problem, closure).structure(penalty) != problem.structure(penalty)
+    strong = with_settings(problem, replace(SMALL, limits=replace(SMALL.limits, effort=1.0)))
+    assert strong.structure(constrained) != problem.structure(constrained)
+    assert strong.structure(elastic).inner == strong.structure(constrained)
+    contact = replace(SMALL.contact, mass=1.0, c=0.5, pad=False)
+    numbers = replace(SMALL, contact=contact, limits=replace(SMALL.limits, shift=0.03), weights=Weights(tar=3.0))
+    assert with_settings(problem, numbers).structure(constrained) == problem.structure(constrained)

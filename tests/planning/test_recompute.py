@@ -13,7 +13,7 @@ from sgnlp.hand.hand import Hand
 from sgnlp.planning.recompute import equilibrium, rotation_angle
 from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.program.grasp import Grasp
-from sgnlp.program.lifting import Chain
+from sgnlp.program.lifting import Lifting
 from sgnlp.program.model import Model
 from sgnlp.program.oracle import SurfaceJets
 
@@ -32,7 +32,7 @@ ROUNDED = ("contact_deviations", "path_deviations", "normals", "normals_eq", "ga
 def symbolic_grasp(settings: Settings, other: Hand | None = None) -> tuple[ca.Function, list[str]]:
     """(x, p, jets…) → every symbolic field of the grasp, of another hand if one is given, and their names."""
     nlp = oracle(settings, "constrained").nlp
-    chain = Chain(ca.SX.sym("x", len(nlp.units)))
+    chain = Lifting(ca.SX.sym("x", len(nlp.units)))
     p, blocks = nlp.parameters.symbols()
     model = Model(other or nlp.hand, nlp.structure, chain, blocks, nlp.units)
     symbols = {f.name: getattr(model.grasp, f.name) for f in fields(Grasp)}

@@ -9,13 +9,12 @@ from plans import small_plan
 from sgnlp.base.errors import InputError
 from sgnlp.planning import reopen
 from sgnlp.planning.grasps import Grasps
-from sgnlp.planning.summary import arrays
 
 
 def solved(source: str) -> Grasps:
     """A result that was planned here from a file of that name."""
     plan = small_plan()
-    return arrays(replace(plan, observation=replace(plan.observation, source=source)))
+    return replace(plan, observation=replace(plan.observation, source=source)).arrays()
 
 
 @pytest.mark.parametrize("name", ["x.npz", "../x.npz", "clouds/x.npz"])

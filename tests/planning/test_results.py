@@ -23,7 +23,6 @@ from scenes import hand
 from sgnlp.base.errors import InputError, MachineError
 from sgnlp.planning import results
 from sgnlp.planning.grasps import Grasps, stack
-from sgnlp.planning.summary import arrays, summary
 
 ODD_META = {"text": 'quotes " and ü', "numbers": [1, 0.1, 1e-300], "nothing": None}
 
@@ -59,7 +58,7 @@ class Touch:
 
 @pytest.fixture
 def grasps() -> Grasps:
-    return arrays(small_plan())
+    return small_plan().arrays()
 
 
 def assert_same(found: Grasps, expected: Grasps) -> None:
@@ -92,7 +91,7 @@ def refusal(file: Path) -> str:
 
 def test_a_saved_result_is_loaded_bit_for_bit_from_its_folder_and_from_its_file(grasps, tmp_path):
     folder = tmp_path / "new" / "folder"
-    results.save(grasps, summary(small_plan()), folder)
+    results.save(grasps, small_plan().summary(), folder)
     assert files(folder) == [results.GRASPS, results.SUMMARY]
     assert_same(results.load_grasps(folder), grasps)
     assert_same(results.load_grasps(str(folder / results.GRASPS)), grasps)
@@ -194,14 +193,14 @@ except errors.MachineError as error:
 
 def test_a_summary_of_other_grasps_is_not_read(tmp_path):
     plan = small_plan()
-    results.save(arrays(plan), summary(plan), tmp_path)
-    assert results.load_summary(tmp_path, arrays(plan))["notes"] == list(plan.observation.notes)
+    results.save(plan.arrays(), plan.summary(), tmp_path)
+    assert results.load_summary(tmp_path, plan.arrays())["notes"] == list(plan.observation.notes)
     other = replace(plan, seconds={"fit": 1.0, "solve": 2.0})
     with pytest.raises(InputError, match="not the summary of the grasps"):
-        results.load_summary(tmp_path, arrays(other))
+        results.load_summary(tmp_path, other.arrays())
     (tmp_path / results.SUMMARY).unlink()
     with pytest.raises(InputError, match="is missing"):
-        results.load_summary(tmp_path, arrays(plan))
+        results.load_summary(tmp_path, plan.arrays())
 
 
 def test_a_name_with_a_byte_that_is_no_text_is_written_and_read_again(tmp_path):

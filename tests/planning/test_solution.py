@@ -5,28 +5,28 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scenes import SMALL, exact_grasp, oracle, posed, random_grasp, random_point
+from scenes import SMALL, exact_grasp, oracle, posed, random_grasp, random_point, with_settings
+from scipy.spatial.transform import Rotation
+from sgnlp.planning.planner import History, Iterate
 
 from sgnlp.base.errors import SgnlpError
-from sgnlp.planning.ipopt import Course, Iterate
 from sgnlp.planning.kkt import Kkt
 from sgnlp.planning.plan import Plan
-from sgnlp.planning.solution import Check, Solution, feasibility, rank, solution
+from sgnlp.planning.solution import Solution, feasibility, rank, solution
+from sgnlp.program.constraint import Constraint
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.ops import Exact
-from sgnlp.program.terms import TERMS
 from sgnlp.program.terms.spring import margins
 
-GOOD_MARGIN = np.full(4, 0.1)
-CLEAR = np.full(3, 0.01)  # [m]
+CLEAR = np.full(3, 0.02)  # [m]
 N = len(posed(SMALL).hand.joint_names)
 
 
-def good() -> Grasp:
+def good(settings=SMALL) -> Grasp:
     """A grasp that passes every check."""
-    hand = posed(SMALL).hand
+    hand, g = posed(SMALL).hand, random_grasp(settings, 0)
     return replace(
-        random_grasp(SMALL, 0),
+        g,
         joints=(hand.lower + hand.upper) / 2,
         gaps=np.zeros(4),
         object_clearances=CLEAR,
@@ -34,18 +34,24 @@ def good() -> Grasp:
         table_clearances=CLEAR,
         pad_heights=CLEAR,
         pair_clearances=CLEAR,
-        forces_eq=np.full((4, 3), 5.0),
+        contact_heights=CLEAR,
+        contact_heights_eq=CLEAR,
+        contacts_eq=g.contacts_desired,
+        rotation=g.rotation_desired,
+        forces=-5.0 * g.normals,
+        forces_eq=-5.0 * g.normals_eq,
+        torques=np.zeros(N),
+        torques_eq=np.zeros(N),
         stiffness=0.1,
         ball_clearances=CLEAR,
     )
 
 
-def failed(g: Grasp, initial=GOOD_MARGIN, equilibrium=GOOD_MARGIN, settings=SMALL) -> set[str]:
-    problem = replace(posed(SMALL), settings=settings)
-    return {c.name for c in feasibility(problem, g, initial, equilibrium) if not c.passed}
+def failed(g: Grasp, settings=SMALL) -> set[str]:
+    return {check.name for check in feasibility(with_settings(posed(SMALL), settings), g) if not check.passed}
 
 
-def one(value: float, rest: float = 0.01) -> np.ndarray:
+def one(value: float, rest: float = 0.02) -> np.ndarray:
     return np.array([rest, value, rest])
 
 
@@ -57,27 +63,39 @@ def beyond(limit: str, by: float) -> np.ndarray:
     return joints
 
 
-def force(size: float) -> np.ndarray:
-    forces = np.tile([0.0, 0.0, 9.0], (4, 1))
-    forces[2] = [0.0, -size, 0.0]
-    return forces
+def pressed(size: float) -> np.ndarray:
+    """Forces along the inward normals, one of another size [N]."""
+    return -np.array([5.0, 5.0, size, 5.0])[:, None] * random_grasp(SMALL, 0).normals_eq
 
 
-LEAST_FORCE = 0.9 * SMALL.limits.force_min
-VIOLATIONS = [  # check, field, a value just past its bound, one just inside
-    ("contact distance", "gaps", np.array([0, 2.1e-3, 0, 0]), np.array([0, 1.9e-3, 0, 0])),
-    ("contact distance", "gaps", np.array([0, -2.1e-3, 0, 0]), np.array([0, -1.9e-3, 0, 0])),
-    ("object clearance", "object_clearances", one(-1.1e-3), one(-0.9e-3)),
-    ("object clearance", "pad_clearances", one(-1.1e-3), one(-0.9e-3)),
-    ("table clearance", "table_clearances", one(-1.1e-3), one(-0.9e-3)),
-    ("table clearance", "pad_heights", one(-1.1e-3), one(-0.9e-3)),
-    ("self clearance", "pair_clearances", one(-1.1e-3), one(-0.9e-3)),
-    ("joint limits", "joints", beyond("upper", 1e-3), beyond("upper", -1e-3)),
-    ("joint limits", "joints", beyond("lower", -1e-3), beyond("lower", 1e-3)),
-    ("force", "forces_eq", force(0.99 * LEAST_FORCE), force(1.01 * LEAST_FORCE)),
-    ("stiffness", "stiffness", 0.0, 1e-4),
-    ("stiffness", "stiffness", -0.1, 0.1),
-    ("surface model", "ball_clearances", one(-1e-4), one(1e-4)),
+def moved(size: float) -> np.ndarray:
+    """Contacts that move by so much [m] on their way to the equilibrium."""
+    return good().contacts + [0.0, 0.0, size]
+
+
+def turned(angle_deg: float) -> np.ndarray:
+    return Rotation.from_euler("x", angle_deg, degrees=True).as_matrix()
+
+
+LIMITS = SMALL.limits
+VIOLATIONS = [  # check, field, a value just past its tolerance, one just inside
+    ("contact", "gaps", np.array([0, 2.1e-3, 0, 0]), np.array([0, 1.9e-3, 0, 0])),
+    ("contact", "gaps", np.array([0, -2.1e-3, 0, 0]), np.array([0, -1.9e-3, 0, 0])),
+    ("object", "object_clearances", one(-1.1e-3), one(-0.9e-3)),
+    ("pads_object", "pad_clearances", one(-1.1e-3), one(-0.9e-3)),
+    ("table", "table_clearances", one(LIMITS.table_margin - 1.1e-3), one(LIMITS.table_margin - 0.9e-3)),
+    ("pads_table", "pad_heights", one(LIMITS.pad_margin - 1.1e-3), one(LIMITS.pad_margin - 0.9e-3)),
+    ("self", "pair_clearances", one(-1.1e-3), one(-0.9e-3)),
+    ("contact_table", "contact_heights", one(-1.1e-3), one(-0.9e-3)),
+    ("equilibrium_table", "contact_heights_eq", one(-1.1e-3), one(-0.9e-3)),
+    ("joint_limits", "joints", beyond("upper", 1e-3), beyond("upper", -1e-3)),
+    ("joint_limits", "joints", beyond("lower", -1e-3), beyond("lower", 1e-3)),
+    ("force", "forces_eq", pressed(LIMITS.force_min - 0.21), pressed(LIMITS.force_min - 0.19)),
+    ("force", "forces_eq", pressed(LIMITS.force_max + 0.21), pressed(LIMITS.force_max + 0.19)),
+    ("stiffness", "stiffness", LIMITS.stiffness - 1.1e-4, LIMITS.stiffness - 0.9e-4),
+    ("rotation", "rotation", turned(LIMITS.rotation_deg + 0.2), turned(LIMITS.rotation_deg + 0.1)),
+    ("shift", "contacts_eq", moved(LIMITS.shift + 1.1e-3), moved(LIMITS.shift + 0.9e-3)),
+    ("workspace", "ball_clearances", one(-2e-6), one(-0.5e-6)),
 ]
 
 
@@ -86,58 +104,91 @@ def test_a_good_grasp_passes_every_check():
 
 
 @pytest.mark.parametrize(("check", "field", "bad", "fine"), VIOLATIONS)
-def test_each_condition_fails_by_itself_and_only_past_its_bound(check, field, bad, fine):
-    assert failed(replace(good(), **{field: bad})) == {check}
-    assert failed(replace(good(), **{field: fine})) == set()
+def test_each_constraint_fails_by_itself_and_only_past_its_tolerance(check, field, bad, fine):
+    g = good() if field != "rotation" else replace(good(), normals_eq=good().normals)
+    assert failed(replace(g, **{field: bad})) == {check}
+    assert failed(replace(g, **{field: fine})) == set()
 
 
-@pytest.mark.parametrize("state", ["initial", "equilibrium"])
-def test_a_negative_margin_at_either_state_fails(state):
-    slipping = np.array([0.1, 0.1, -1e-3, 0.1])
-    name = {"initial": "margin at first contact", "equilibrium": "margin at equilibrium"}[state]
-    assert failed(good(), **{state: slipping}) == {name}
-    assert failed(good(), **{state: np.zeros(4)}) == set()
+@pytest.mark.parametrize(("state", "least"), [("initial", 0.0), ("equilibrium", LIMITS.margin_equilibrium)])
+def test_a_force_outside_its_cone_less_the_reserve_fails_in_either_state(state, least):
+    suffix = "" if state == "initial" else "_eq"
+    g = good()
+    normals = getattr(g, f"normals{suffix}")
+    across = np.cross(normals, [0.3, 0.5, 0.8])
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    cone = 1 / np.sqrt(1 + SMALL.contact.friction**2)
+    for margin, names in ((least - 1e-5, {f"margin_{state}"}), (least + 1e-5, set())):
+        angle = np.arccos(margin + cone)
+        forces = 5.0 * (-np.cos(angle) * normals + np.sin(angle) * across)
+        assert failed(replace(g, **{f"forces{suffix}": forces})) == names
+
+
+def test_an_equilibrium_that_is_not_strictly_stable_is_never_feasible():
+    free = with_settings(posed(SMALL), SMALL)
+    free = replace(free, constraints=tuple(c for c in free.constraints if c.name != "stiffness"))
+    for stiffness, names in ((-0.1, {"stable"}), (0.0, {"stable"}), (1e-4, set())):
+        checks = feasibility(free, replace(good(), stiffness=stiffness))
+        assert {check.name for check in checks if not check.passed} == names
+
+
+def test_every_constraint_of_a_plan_is_checked_and_a_users_own_too():
+    own = Constraint("upright", lambda g, op: g.wrist_rotation[2, 0], upper=-2.0)
+    problem = replace(posed(SMALL), constraints=(*posed(SMALL).constraints, own))
+    checks = {check.name: check for check in feasibility(problem, good())}
+    assert checks.keys() == {c.name for c in problem.constraints} | {"joint_limits", "stable"}
+    assert not checks["upright"].passed
+    assert checks["upright"].value == pytest.approx(good().wrist_rotation[2, 0])
+    assert checks["contact"].row.startswith("contact[")
 
 
 def test_without_a_pregrasp_the_pads_may_touch():
     touching = replace(good(), pad_clearances=np.full(4, -2e-3))
-    assert failed(touching) == {"object clearance"}
-    assert failed(touching, settings=replace(SMALL, contact=replace(SMALL.contact, c=1.0))) == set()
+    assert failed(touching) == {"pads_object"}
+    assert failed(touching, replace(SMALL, contact=replace(SMALL.contact, c=1.0))) == set()
 
 
-def test_force_closure_is_judged_by_its_residual_and_its_normal_forces_at_first_contact_alone():
+def test_force_closure_is_judged_by_its_balance_and_its_normal_forces_at_first_contact_alone():
     closure = replace(SMALL, contact=replace(SMALL.contact, metric="closure"))
     g = good()
-    balanced = replace(g, wrench=np.zeros((2, 3)), forces=-LEAST_FORCE * 1.01 * g.normals, stiffness=-0.1)
-    balanced = replace(balanced, forces_eq=np.zeros((4, 3)))
-    slips = np.full(4, -0.5)
-    assert failed(balanced, equilibrium=slips, settings=closure) == set()
-    assert failed(balanced, initial=slips, settings=closure) == {"margin at first contact"}
-    light = replace(balanced, forces=0.98 * balanced.forces)
-    assert failed(light, settings=closure) == {"normal force"}
-    for i, residual in enumerate(np.eye(6).reshape(6, 2, 3)):
-        assert failed(replace(balanced, wrench=1.1e-3 * residual), settings=closure) == {"force closure"}, i
-        assert failed(replace(balanced, wrench=0.9e-3 * residual), settings=closure) == set()
+    balanced = replace(g, wrench=np.zeros((2, 3)), stiffness=-0.1, forces_eq=np.zeros((4, 3)))
+    assert failed(balanced, closure) == set()
+    assert failed(replace(balanced, forces=5.0 * g.normals), closure) == {"cone", "press"}
+    light = replace(balanced, forces=-(LIMITS.force_min - 0.21) * g.normals)
+    assert failed(light, closure) == {"press"}
+    for i, wrench in enumerate(np.eye(6).reshape(6, 2, 3)):
+        name = "net_force" if i < 3 else "net_torque"
+        assert failed(replace(balanced, wrench=1.1e-3 * wrench), closure) == {name}, i
+        assert failed(replace(balanced, wrench=0.9e-3 * wrench), closure) == set()
 
 
-def test_joint_torques_are_judged_where_they_are_limited_by_the_larger_of_both_states():
+def test_joint_torques_are_judged_where_they_are_limited_in_both_states():
     limited = replace(SMALL, limits=replace(SMALL.limits, effort=1.0))
-    strained = replace(good(), torques=np.zeros(N), torques_eq=0.71 * np.eye(N)[5])
+    strained = replace(good(), torques_eq=0.71 * np.eye(N)[5])
     assert failed(strained) == set()
-    assert failed(strained, settings=limited) == {"joint torque"}
-    assert failed(replace(strained, torques_eq=-0.69 * np.eye(N)[5]), settings=limited) == set()
+    assert failed(strained, limited) == {"torque_equilibrium"}
+    assert failed(replace(strained, torques_eq=-0.69 * np.eye(N)[5]), limited) == set()
     closure = replace(limited, contact=replace(SMALL.contact, metric="closure"))
-    assert "joint torque" not in failed(strained, settings=closure)
-    assert "joint torque" in failed(replace(strained, torques=strained.torques_eq), settings=closure)
+    assert "torque_equilibrium" not in failed(strained, closure)
+    assert "torque_initial" in failed(replace(strained, torques=strained.torques_eq), closure)
 
 
 def test_what_is_not_a_number_is_not_feasible():
-    assert not Check("x", float("nan"), 0.0, "").passed
-    assert failed(replace(good(), gaps=np.full(4, np.nan))) == {"contact distance"}
+    assert failed(replace(good(), gaps=np.full(4, np.nan))) == {"contact"}
 
 
 def test_a_hand_without_self_collision_pairs_passes_that_check():
     assert failed(replace(good(), pair_clearances=np.zeros(0))) == set()
+
+
+def test_a_check_says_what_was_demanded_in_the_unit_of_tables():
+    checks = {check.name: check.demand for check in feasibility(posed(SMALL), good())}
+    assert checks["contact"] == "0 ± 2 mm"
+    assert checks["force"] == f"{LIMITS.force_min:g} to {LIMITS.force_max:g} N"
+    assert checks["shift"] == "at most 10 mm"
+    assert checks["stiffness"] == "at least 5 mN m"
+    assert checks["rotation"] == "0 to 10 deg"
+    assert checks["margin_equilibrium"] == "at least 0.05"
 
 
 # --- recomputed values ----------------------------------------------------------------------------------------------
@@ -147,16 +198,16 @@ def made(seed: int = 0) -> tuple[Solution, Grasp]:
     """The solution of an iterate at a random point, and the grasp there."""
     problem, nlp = posed(SMALL), oracle(SMALL, "penalty").nlp
     start, x = random_point(problem, nlp, seed)
-    course = Course(*[np.zeros(8)] * 5)
+    history = History(*[np.zeros(8)] * 5)
     iterate = Iterate(
-        start.index, "penalty", x, np.zeros(0), 1e9, Kkt(0.1, 0.2, 0.3), "Solve_Succeeded", 7, 0.5, course
+        start.index, "penalty", x, np.zeros(0), 1e9, Kkt(0.1, 0.2, 0.3), "Solve_Succeeded", 7, 0.5, history
     )
     return solution(problem, start, iterate, nlp.units), exact_grasp(problem, start, x)
 
 
 def test_a_solution_is_recomputed_and_not_believed():
     s, g = made()
-    exact = np.array([term.value(g, Exact()) for term in TERMS])
+    exact = np.array([term.value(g, Exact()) for term in posed(SMALL).terms])
     np.testing.assert_allclose(s.energy_terms, exact, rtol=1e-12)
     assert s.energy == pytest.approx(posed(SMALL).weights() @ exact)
     np.testing.assert_allclose(s.margins_initial, margins(g.forces, g.normals, g.friction, Exact()))

@@ -12,14 +12,15 @@ import numpy as np
 import pytest
 from processes import hang
 from scenes import SEMI_AXES, SMALL, hand, observation, posed
+from sgnlp.planning.ipopt import Planner, options, schedule
 
 from sgnlp.base.presets import PAPER, PRESETS
 from sgnlp.base.settings import Settings, Solver
-from sgnlp.planning.ipopt import Planner, options, schedule
-from sgnlp.planning.plan import Plan, solve
+from sgnlp.planning.plan import Plan
 from sgnlp.planning.pool import Failure, map_starts, solve_all
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution, solution
+from sgnlp.planning.solve import solve
 from sgnlp.planning.starts import Start, starts
 
 STARTS = 3

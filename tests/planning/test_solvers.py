@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from processes import PATIENT
 from scenes import SMALL, oracle, posed, random_point
+from sgnlp.planning.solvers.multipliers import best_residuals
 
 from sgnlp.base.errors import InputError
 from sgnlp.cli import run
@@ -14,7 +15,6 @@ from sgnlp.planning import solvers
 from sgnlp.planning.solvers.anatomy import Answer, Method, Refusal
 from sgnlp.planning.solvers.bridge import differentiable
 from sgnlp.planning.solvers.meter import Meter
-from sgnlp.planning.solvers.multipliers import best_residuals
 from sgnlp.planning.solvers.probe import SOLUTION, START, missing, problem, task
 from sgnlp.planning.solvers.process import apart, spend
 

@@ -15,7 +15,6 @@ from sgnlp.planning.environment import kinematics_backend, versions
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.solution import Solution
-from sgnlp.planning.summary import arrays, meta, summary
 from sgnlp.program.terms import TERMS
 
 FAILURE = Failure(7, "stopped after 1 s")
@@ -41,7 +40,7 @@ def plan() -> Plan:
 
 
 def test_the_best_grasp_has_the_numbers_of_the_first_row_of_the_arrays(plan):
-    best, grasps = summary(plan)["best"], arrays(plan)
+    best, grasps = plan.summary()["best"], plan.arrays()
     assert best["start"] == grasps.start[0]
     assert best["wrist"] == grasps.wrist[0].tolist()
     assert best["joints"] == dict(zip(grasps.joint_names.tolist(), grasps.joints[0].tolist(), strict=True))
@@ -58,7 +57,7 @@ def test_the_best_grasp_has_the_numbers_of_the_first_row_of_the_arrays(plan):
 
 
 def test_the_breakdown_adds_up_to_the_energy(plan):
-    best, grasps = summary(plan)["best"], arrays(plan)
+    best, grasps = plan.summary()["best"], plan.arrays()
     terms = best["energy_terms"]
     assert list(terms) == [term.name for term in TERMS] == grasps.term_names.tolist()
     assert [term["value"] for term in terms.values()] == grasps.energy_terms[0].tolist()
@@ -69,12 +68,12 @@ def test_the_breakdown_adds_up_to_the_energy(plan):
 
 def test_the_checks_are_those_of_the_solution(plan):
     for check in plan.best.checks:
-        found = summary(plan)["best"]["checks"][check.name]
+        found = plan.summary()["best"]["checks"][check.name]
         assert found == asdict(check) | {"passed": check.passed}
 
 
 def test_every_start_is_in_the_table_with_the_numbers_of_its_row(plan):
-    table, grasps = summary(plan)["starts_table"], arrays(plan)
+    table, grasps = plan.summary()["starts_table"], plan.arrays()
     assert len(table) == len(grasps)
     for i, line in enumerate(table):
         margins = [*grasps.margins_initial[i], *grasps.margins_equilibrium[i]]
@@ -87,41 +86,41 @@ def test_every_start_is_in_the_table_with_the_numbers_of_its_row(plan):
 
 
 def test_counts_and_notes_are_those_of_the_plan(plan):
-    found = summary(plan)
-    assert found["feasible"] == arrays(plan).feasible.sum() == len(plan.solutions)
-    assert found["solved"] == (arrays(plan).kkt.max(axis=1) <= 10 * SMALL.solver.tolerance).sum()
+    found = plan.summary()
+    assert found["feasible"] == plan.arrays().feasible.sum() == len(plan.solutions)
+    assert found["solved"] == (plan.arrays().kkt.max(axis=1) <= 10 * SMALL.solver.tolerance).sum()
     assert found["notes"] == list(observation().notes)
 
 
 def test_a_start_that_failed_is_told_with_its_reason(plan):
-    found = summary(replace(plan, failures=(FAILURE,)))
+    found = replace(plan, failures=(FAILURE,)).summary()
     assert found["starts_table"][-1] == {"start": 7, "failure": "stopped after 1 s"}
     assert found["starts"] == len(plan.solutions) + 1
     assert found["feasible"] == len(plan.solutions)
 
 
 def test_without_a_feasible_grasp_there_is_no_best(plan):
-    found = summary(replace(plan, solutions=tuple(map(infeasible, plan.solutions))))
+    found = replace(plan, solutions=tuple(map(infeasible, plan.solutions))).summary()
     assert found["best"] is None
     assert found["feasible"] == 0
     assert found["starts_table"][0]["violated"] == [plan.solutions[0].checks[0].name]
-    assert summary(replace(plan, solutions=()))["starts_table"] == []
+    assert replace(plan, solutions=()).summary()["starts_table"] == []
 
 
 def test_a_plan_with_numbers_that_are_not_numbers_is_still_valid_json(plan):
     nan = replace(plan.solutions[0], energy=math.nan, seconds=math.inf)
-    found = strict(results.json_text(summary(replace(plan, solutions=(nan,)))))
+    found = strict(results.json_text(replace(plan, solutions=(nan,)).summary()))
     assert found["best"]["energy"] is None
     assert found["starts_table"][0]["seconds"] is None
 
 
 def test_the_summary_is_plain_and_survives_json_unchanged(plan):
-    assert strict(results.json_text(summary(plan))) == json.loads(json.dumps(summary(plan)))
-    assert strict(json.dumps(arrays(plan).meta)) == json.loads(json.dumps(meta(plan)))
+    assert strict(results.json_text(plan.summary())) == json.loads(json.dumps(plan.summary()))
+    assert strict(json.dumps(plan.arrays().meta)) == json.loads(json.dumps(plan.meta()))
 
 
 def test_the_meta_block_says_how_to_make_the_plan_again(plan):
-    found = meta(plan)
+    found = plan.meta()
     assert (found["object"], found["input_digest"]) == (observation().name, observation().digest)
     assert (found["hand"], found["seed"], found["starts"]) == (hand().name, 0, 2)
     assert (found["versions"], found["kinematics"]) == (versions(), kinematics_backend())

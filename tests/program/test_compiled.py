@@ -5,16 +5,25 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
-from scenes import hand
+from scenes import SMALL, hand
 from test_architecture import MODULE_OF, imported
 
 from sgnlp.base import toolchain
 from sgnlp.base.errors import SolverError
 from sgnlp.program import codegen, compiled
+from sgnlp.program.constraint import Constraint
+from sgnlp.program.constraints import preset_constraints
+from sgnlp.program.formulations import formulation
 from sgnlp.program.nlp import FUNCTIONS, build
-from sgnlp.program.structure import Structure
+from sgnlp.program.structure import structure
+from sgnlp.program.terms import Term, preset_terms
 
-STRUCTURE = Structure("penalty", 2, "share", "exact")
+STRUCTURE = structure(
+    replace(SMALL, contact=replace(SMALL.contact, samples=2)),
+    formulation("penalty"),
+    preset_terms(SMALL),
+    preset_constraints(SMALL),
+)
 """Two samples and the paper's spheres: a small program."""
 
 needs_a_compiler = pytest.mark.skipif(not compiled.can_compile(), reason="no C compiler")
@@ -70,22 +79,44 @@ def test_what_is_built_is_found_and_not_built_again(built, cache):
 
 
 def test_another_hand_preset_structure_or_compiler_has_another_key(monkeypatch):
+    constrained = replace(STRUCTURE, formulation=formulation("constrained"))
+    moved = replace(STRUCTURE.constraints[0], name="another")
     keys = {compiled.path(hand(), STRUCTURE), compiled.path(hand("paper"), STRUCTURE)}
     keys |= {
         compiled.path(hand(), replace(STRUCTURE, samples=3)),
         compiled.path(hand(), replace(STRUCTURE, density="x")),
-        compiled.path(hand(), replace(STRUCTURE, metric="closure")),
-        compiled.path(hand(), replace(STRUCTURE, metric="closure", heuristic=True)),
-        compiled.path(hand(), replace(STRUCTURE, formulation="constrained")),
-        compiled.path(hand(), replace(STRUCTURE, formulation="constrained", torques=True)),
+        compiled.path(hand(), replace(STRUCTURE, terms=STRUCTURE.terms[1:])),
+        compiled.path(hand(), replace(STRUCTURE, constraints=STRUCTURE.constraints[1:])),
+        compiled.path(hand(), replace(STRUCTURE, constraints=(moved, *STRUCTURE.constraints[1:]))),
+        compiled.path(hand(), constrained),
     }
     monkeypatch.setattr(ca, "__version__", "0.0.0")
     keys.add(compiled.path(hand(), STRUCTURE))
     monkeypatch.setenv("CC", "true")
     keys.add(compiled.path(hand(), STRUCTURE))
     assert len(keys) == 10
-    constrained = replace(STRUCTURE, formulation="constrained")
-    assert compiled.path(hand(), replace(STRUCTURE, formulation="elastic")) == compiled.path(hand(), constrained)
+    elastic = replace(STRUCTURE, formulation=formulation("elastic"))
+    monkeypatch.undo()
+    assert compiled.path(hand(), elastic) == compiled.path(hand(), constrained)
+
+
+def test_what_has_no_source_that_is_known_is_not_compiled_and_what_has_one_has_it_in_its_key():
+    class Own(Term):
+        def value(self, g, op):
+            return op.sum(g.gains)
+
+    def within(**source):
+        return replace(STRUCTURE, constraints=(*STRUCTURE.constraints, Constraint("own", lambda g, op: 1, **source)))
+
+    assert compiled.path(hand(), replace(STRUCTURE, terms=(*STRUCTURE.terms, Own()))) is None
+    assert compiled.path(hand(), within()) is None
+    with pytest.raises(SolverError, match="no file"):
+        compiled.compile_program(hand(), within())
+    paths = {compiled.path(hand(), within(source=source)) for source in ("a", "b")}
+    assert len(paths) == 2
+    assert None not in paths
+    Own.source = "c"
+    assert compiled.path(hand(), replace(STRUCTURE, terms=(*STRUCTURE.terms, Own()))) is not None
 
 
 def test_the_key_covers_every_module_that_a_program_is_made_of():

@@ -10,8 +10,11 @@ from scenes import SMALL, exact_grasp, hand, oracle, posed, random_grasp, random
 from sgnlp.base.presets import PRESETS, ROBUST
 from sgnlp.base.settings import Limits
 from sgnlp.planning.recompute import rotation_angle
-from sgnlp.program.constraints import CONSTRAINTS, active
+from sgnlp.program.constraint import Constraint
+from sgnlp.program.constraints import CONSTRAINTS, preset_constraints
 from sgnlp.program.equilibrium import GRAVITY
+from sgnlp.program.formulations import formulation
+from sgnlp.program.formulations.lifted import EQUATIONS
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.ops import Exact
 
@@ -22,19 +25,31 @@ MOVED = replace(
     weights=replace(HEAVY.weights, pose=1.0),
 )
 CLOSURE = replace(HEAVY, contact=replace(HEAVY.contact, metric="closure", heuristic=1.6))
-NAMES = [c.name for c in CONSTRAINTS]
+ALL = {c.name: c for c in (*CONSTRAINTS, *EQUATIONS)}
+NAMES = list(ALL)
 PAD = 0.012
 """Radius of the pads [m]. The table is at 0."""
 
 
 def rows(name: str, g: Grasp) -> np.ndarray:
     """The unscaled rows of a constraint."""
-    return np.atleast_1d(CONSTRAINTS[NAMES.index(name)].value(g, Exact()))
+    return np.atleast_1d(ALL[name].value(g, Exact()))
 
 
-def violated(name: str, g: Grasp, settings=HEAVY) -> bool:
-    low, high = CONSTRAINTS[NAMES.index(name)].bounds(settings)
-    return bool((rows(name, g) < low).any() or (rows(name, g) > high).any())
+def bound(name: str, *choices) -> Constraint:
+    """A constraint with the bounds of the first settings that ask for it."""
+    asked = [{c.name: c for c in (*preset_constraints(settings), *EQUATIONS)} for settings in choices]
+    return next(constraints[name] for constraints in asked if name in constraints)
+
+
+def violated(name: str, g: Grasp, *choices) -> bool:
+    constraint = bound(name, *(choices or (HEAVY, CLOSURE)))
+    return bool((rows(name, g) < constraint.lower).any() or (rows(name, g) > constraint.upper).any())
+
+
+def names(settings, form: str) -> list[str]:
+    """The names of the constraints of a program."""
+    return [c.name for c in formulation(form).constraints(preset_constraints(settings))]
 
 
 def margin(forces, normals, friction):
@@ -214,26 +229,33 @@ def test_too_much_force_and_too_much_shift_violate_their_upper_bounds(g):
 
 
 def test_the_sag_bound_keeps_the_weight_from_moving_the_object_farther_than_the_shift():
-    low, high = CONSTRAINTS[NAMES.index("sag")].bounds(HEAVY)
-    assert 0.2 * GRAVITY / low == pytest.approx(HEAVY.limits.shift)
-    assert high == inf
-    assert CONSTRAINTS[NAMES.index("sag")].bounds(SMALL)[0] == 0.0
+    sag = bound("sag", HEAVY)
+    assert 0.2 * GRAVITY / sag.lower == pytest.approx(HEAVY.limits.shift)
+    assert sag.upper == inf
+    assert bound("sag", SMALL).lower == 0.0
 
 
 def test_the_penalty_formulation_keeps_only_what_makes_it_well_posed():
-    assert [c.name for c in active(("penalty", "spring"))] == ["stiffness", "rotation", "workspace"]
-    assert [c.name for c in active(("penalty", "closure"))] == ["workspace", "cone", "press"]
-    assert len(set(NAMES)) == len(NAMES)
+    assert names(HEAVY, "penalty") == ["stiffness", "rotation", "workspace"]
+    assert names(replace(HEAVY, contact=replace(CLOSURE.contact, heuristic=0.0)), "penalty") == [
+        "workspace",
+        "cone",
+        "press",
+    ]
+    assert len(ALL) == len(CONSTRAINTS) + len(EQUATIONS)
 
 
 def test_a_metric_has_its_own_constraints_and_those_of_every_grasp():
-    spring, closure = ({c.name for c in active(("constrained", metric))} for metric in ("spring", "closure"))
+    free = replace(SMALL, contact=replace(SMALL.contact, metric="closure"))
+    spring, closure = (set(names(settings, "constrained")) for settings in (SMALL, free))
     assert {"contact", "object", "table", "self", "workspace"} <= spring & closure
     assert closure - spring == {"cone", "press", "force_initial", "net_force", "net_torque"}
     assert {"stiffness", "rotation", "margin_equilibrium", "force", "shift", "sag"} <= spring - closure
-    for formulation in ("penalty", "constrained"):
-        free, bound = (active((formulation, "closure", *more)) for more in ([], ["heuristic"]))
-        assert {c.name for c in bound} - {c.name for c in free} == {"gains"}
+    dictated = replace(free, contact=replace(free.contact, heuristic=1.6))
+    for form in ("penalty", "constrained"):
+        assert set(names(dictated, form)) - set(names(free, form)) == {"gains"}
+    assert set(names(HEAVY, "constrained")) - spring == {"torque_initial", "torque_equilibrium"}
+    assert set(names(HEAVY, "lifted")) - set(names(HEAVY, "constrained")) == {c.name for c in EQUATIONS}
 
 
 def test_the_gains_of_the_heuristic_are_inverse_to_the_deviations(g):
@@ -273,17 +295,19 @@ def test_the_bounds_of_the_rows_are_those_of_the_settings_in_scaled_units(formul
     assert len(low) == len(high) == sum(nlp.row_sizes)
     start = 0
     for constraint, size in zip(nlp.constraints, nlp.row_sizes, strict=True):
-        bounds = constraint.bounds(settings)
-        np.testing.assert_allclose(low[start : start + size] * constraint.scale, bounds[0])
-        np.testing.assert_allclose(high[start : start + size] * constraint.scale, bounds[1])
+        own = bound(constraint.name, settings)
+        np.testing.assert_allclose(low[start : start + size] * constraint.scale, own.lower)
+        np.testing.assert_allclose(high[start : start + size] * constraint.scale, own.upper)
         start += size
 
 
 @pytest.mark.parametrize("settings", PRESETS.values(), ids=PRESETS)
-def test_no_preset_has_an_empty_interval(settings):
-    for constraint in CONSTRAINTS:
-        low, high = constraint.bounds(settings)
-        assert low <= high, constraint.name
+def test_every_constraint_of_a_preset_bounds_something_and_says_what_and_how_exactly(settings):
+    for constraint in preset_constraints(settings):
+        touching = constraint.name == "pads_object" and settings.contact.c == 1
+        assert constraint.bounded is not touching, constraint.name
+        assert constraint.about, constraint.name
+        assert 0 < constraint.tolerance <= 1.0, constraint.name
 
 
 def test_each_limit_moves_a_bound():
@@ -291,4 +315,5 @@ def test_each_limit_moves_a_bound():
     for name, limit in vars(HEAVY.limits).items():
         if name not in fixed:
             other = replace(HEAVY, limits=Limits(**vars(HEAVY.limits) | {name: limit + 1e-3}))
-            assert any(c.bounds(other) != c.bounds(HEAVY) for c in CONSTRAINTS), name
+            before, after = ([(c.lower, c.upper) for c in preset_constraints(s)] for s in (HEAVY, other))
+            assert before != after, name

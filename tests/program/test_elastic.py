@@ -6,20 +6,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from finite_differences import assert_jacobian
-from scenes import SMALL, oracle, posed, random_point
+from scenes import SMALL, oracle, posed, random_point, with_added
 from test_nlp import full
 
 from sgnlp.base.settings import Settings, Solver
-from sgnlp.planning.ipopt import Planner, schedule
+from sgnlp.planning.planner import Planner
 from sgnlp.planning.solution import Solution, solution
 from sgnlp.planning.starts import starts
 from sgnlp.planning.violations import violations
-from sgnlp.planning.warm_start import added_bounds, handed_over
-from sgnlp.program.compiled import program
 from sgnlp.program.constraints import CONSTRAINTS
-from sgnlp.program.elastic import relaxed, slack_bounds
-from sgnlp.program.oracle import Oracle, join
-from sgnlp.program.structure import structure
+from sgnlp.program.formulations import formulation
+from sgnlp.program.oracle import Oracle
 
 ELASTIC = replace(SMALL, solver=Solver(formulation="elastic", compiled=False))
 IMPOSSIBLE = replace(ELASTIC, limits=replace(SMALL.limits, table_margin=0.1))
@@ -27,8 +24,7 @@ IMPOSSIBLE = replace(ELASTIC, limits=replace(SMALL.limits, table_margin=0.1))
 
 
 def elastic(settings: Settings = ELASTIC) -> Oracle:
-    problem = posed(settings)
-    return join(program(problem.hand, problem.structure("elastic"), compiled=False), problem.gpis)
+    return oracle(settings, "elastic")
 
 
 def at(functions: Oracle, settings: Settings = ELASTIC, seed: int = 0):
@@ -42,7 +38,7 @@ def at(functions: Oracle, settings: Settings = ELASTIC, seed: int = 0):
 def solved(settings: Settings, index: int = 0) -> Solution:
     planner = Planner(posed(settings))
     start = starts(planner.problem, index + 1, 0)[index]
-    return solution(planner.problem, start, planner.solve(start), planner.phases[-1].oracle.nlp.units)
+    return solution(planner.problem, start, planner.solve(start), planner.stages[-1].nlp.units)
 
 
 def test_the_rows_and_the_objective_are_the_constrained_ones_and_the_slacks():
@@ -79,7 +75,7 @@ def test_the_derivatives_match_differences():
 def test_only_rows_that_say_where_the_functions_are_defined_have_no_slack_and_no_side_without_a_bound_has_one():
     nlp, problem = elastic().nlp, posed(ELASTIC)
     low, high = problem.row_bounds(nlp)
-    up, down = np.split(slack_bounds(nlp, low, high), 2)
+    up, down = np.split(nlp.structure.formulation.variable_bounds(nlp, (low, high))[1], 2)
     free = {row: (u > 0, d > 0) for row, u, d in zip(nlp.row_names, up, down, strict=True)}
     assert free["contact[ring]"] == free["force[ring]"] == (True, True)
     assert free["shift[thumb]"] == (False, True)
@@ -87,23 +83,25 @@ def test_only_rows_that_say_where_the_functions_are_defined_have_no_slack_and_no
     assert {row for row, sides in free.items() if not any(sides)} == {
         "stiffness", "rotation", *(f"workspace[{f.name}]" for f in problem.hand.fingers)
     }  # fmt: skip
-    assert [len(bound) for bound in added_bounds(oracle(SMALL, "constrained").nlp, (low, high))] == [0, 0]
+    assert [len(bound) for bound in formulation("constrained").variable_bounds(nlp, (low, high))] == [0, 0]
 
 
 def test_a_point_that_is_handed_over_is_within_its_bounds_and_a_relaxed_one_has_no_slack():
     functions, problem = elastic(), posed(ELASTIC)
     x, p = at(functions)
     low, high = problem.row_bounds(functions.nlp)
-    x = handed_over(functions, x, p, (low, high))
+    x = with_added(functions, x, p, (low, high))
     g = functions.values(x, p)
     assert (g >= low - 1e-12).all()
     assert (g <= high + 1e-12).all()
-    assert relaxed(functions.nlp, x)[len(oracle(SMALL, "constrained").nlp.units) :].max() == 0
+    shared = len(oracle(SMALL, "constrained").nlp.units)
+    assert functions.nlp.structure.formulation.strict(functions.nlp, x)[shared:].max() == 0
     assert (x >= 0)[-len(g) :].all()
 
 
 def test_where_the_constraints_can_be_met_it_is_the_constrained_program():
-    assert schedule(ELASTIC.solver) == [("penalty", 25), ("elastic", 400)]
+    phases = formulation("elastic").phases(ELASTIC.solver)
+    assert [(phase.formulation.name, phase.iterations) for phase in phases] == [("penalty", 25), ("elastic", 400)]
     rigid, soft = (
         solved(replace(SMALL, solver=replace(ELASTIC.solver, formulation=f))) for f in ("two_phase", "elastic")
     )
@@ -122,18 +120,21 @@ def test_where_they_cannot_it_ends_with_their_names_and_sizes():
     assert {v.name for v in s.violations if v.name.startswith("table[")} == low
     for v in s.violations:
         if v.name.startswith("table["):
-            assert v.unit == "m"
-            assert v.limit == pytest.approx(0.1)
-            assert v.value == pytest.approx(clearances[v.name], abs=1e-9)
-            assert v.size == pytest.approx((v.limit - v.value) / 0.01)
+            assert v.unit == "mm"
+            assert v.limit == pytest.approx(100)
+            assert v.value == pytest.approx(1e3 * clearances[v.name], abs=1e-6)
+            assert v.size == pytest.approx((v.limit - v.value) / 10)
     assert [v.size for v in s.violations] == sorted((v.size for v in s.violations), reverse=True)
 
 
 def test_what_is_not_met_is_told_in_the_units_of_its_rows():
-    names = {"stiffness": 0.01, "force": 1.0, "table": 0.01, "sag": 100.0}
+    names = {"stiffness": 10.0, "force": 1.0, "table": 10.0, "sag": 100.0}  # [mN m, N, mm, N/m]
     units = [constraint for constraint in CONSTRAINTS if constraint.name in names]
     nlp = SimpleNamespace(
-        constraints=units, row_sizes=(1,) * 4, row_names=[c.name for c in units], structure=structure(SMALL, "penalty")
+        constraints=units,
+        row_sizes=(1,) * 4,
+        row_names=[c.name for c in units],
+        structure=posed(SMALL).structure(formulation("penalty")),
     )
     low, high = np.zeros(4), np.full(4, 2.0)
     found = violations(nlp, lambda x: np.array([3.0, -0.5, 2.5, 1.0]), np.zeros(0), (low, high), 1e-6)
@@ -142,7 +143,7 @@ def test_what_is_not_met_is_told_in_the_units_of_its_rows():
     for v, row, limit in zip(found, (3.0, -0.5, 2.5), (2.0, 0.0, 2.0), strict=True):
         assert (v.value, v.limit) == pytest.approx((row * names[v.name], limit * names[v.name]))
         assert v.size == pytest.approx(abs(row - limit))
-    assert {v.name: v.unit for v in found}["stiffness"] == "N m"
+    assert {v.name: v.unit for v in found}["stiffness"] == "mN m"
 
 
 def table_rows() -> tuple[int, int]:

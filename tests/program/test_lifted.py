@@ -4,16 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import SMALL, exact_grasp, oracle, posed, random_point
+from scenes import SMALL, exact_grasp, oracle, posed, random_point, with_added
 from test_elastic import solved
 from test_nlp import LOADED, TORQUES, full
 
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Contact, Settings, Solver
-from sgnlp.planning.ipopt import schedule
-from sgnlp.planning.warm_start import handed_over
-from sgnlp.program.nlp import lifted_units, variable_units
-from sgnlp.program.structure import structure
+from sgnlp.program.formulations import formulation
+from sgnlp.program.formulations.lifted import EQUATIONS
+from sgnlp.program.nlp import variable_units
 
 
 def at(settings: Settings, seed: int = 0):
@@ -21,12 +20,17 @@ def at(settings: Settings, seed: int = 0):
     functions, problem = oracle(settings, "lifted"), posed(settings)
     start, x = random_point(problem, functions.nlp, seed)
     p = problem.parameters(functions.nlp, start.wrist, start.joints)
-    return functions, handed_over(functions, x, p, problem.row_bounds(functions.nlp)), p, start
+    return functions, with_added(functions, x, p, problem.row_bounds(functions.nlp)), p, start
 
 
 def equations(functions) -> np.ndarray:
     """Which rows (ng,) define what is lifted."""
-    return np.repeat([c.needs == "lifted" for c in functions.nlp.constraints], functions.nlp.row_sizes)
+    return np.repeat([c in EQUATIONS for c in functions.nlp.constraints], functions.nlp.row_sizes)
+
+
+def added_units(functions) -> np.ndarray:
+    """Units of the lifted variables."""
+    return functions.nlp.structure.formulation.variables(functions.nlp.hand).units
 
 
 @pytest.mark.parametrize("settings", [SMALL, LOADED, TORQUES], ids=["small", "loaded", "torques"])
@@ -35,7 +39,7 @@ def test_where_its_equations_hold_it_has_the_objective_and_the_rows_of_the_const
     functions, x, p, _ = at(settings, seed)
     rigid, free = oracle(settings, "constrained"), len(variable_units(posed(settings).hand))
     g, defined = functions.values(x, p), equations(functions)
-    assert len(x) == free + len(lifted_units(posed(settings).hand))
+    assert len(x) == free + len(added_units(functions))
     np.testing.assert_allclose(g[defined], 0, atol=1e-8)
     np.testing.assert_allclose(g[~defined], rigid.values(x[:free], p), atol=1e-8)
     assert float(functions.objective(x, p)) == pytest.approx(float(rigid.objective(x[:free], p)), rel=1e-9)
@@ -69,7 +73,7 @@ def test_the_lifted_variables_are_the_tips_and_the_equilibrium_of_the_recomputed
     functions, x, _, start = at(LOADED, 2)
     problem = posed(LOADED)
     g = exact_grasp(problem, start, x[: len(variable_units(problem.hand))])
-    tips, turn, shift = np.split(x[-len(lifted_units(problem.hand)) :] * lifted_units(problem.hand), [-6, -3])
+    tips, turn, shift = np.split(x[-len(added_units(functions)) :] * added_units(functions), [-6, -3])
     np.testing.assert_allclose(tips.reshape(-1, 3), g.tips, atol=1e-12)
     angle = 2 * np.arctan(np.linalg.norm(turn))
     axis = turn / np.linalg.norm(turn)
@@ -86,10 +90,11 @@ def test_the_lifted_variables_are_the_tips_and_the_equilibrium_of_the_recomputed
 
 @pytest.mark.parametrize("index", [0, 1])
 def test_it_ends_in_a_solution_of_the_constrained_program(index):
-    assert schedule(Solver(formulation="lifted")) == [("lifted", 400)]
+    phases = formulation("lifted").phases(Solver())
+    assert [(phase.formulation.name, phase.iterations) for phase in phases] == [("lifted", 400)]
     rigid, lifted = (
-        solved(replace(SMALL, solver=Solver(formulation=formulation, compiled=False)), index)
-        for formulation in ("constrained", "lifted")
+        solved(replace(SMALL, solver=Solver(formulation=form, compiled=False)), index)
+        for form in ("constrained", "lifted")
     )
     assert lifted.kkt.worst < 1e-5
     assert lifted.feasible
@@ -102,4 +107,4 @@ def test_it_ends_in_a_solution_of_the_constrained_program(index):
 )
 def test_it_refuses_an_equilibrium_that_is_none(contact):
     with pytest.raises(InputError, match="lifted needs --contact"):
-        structure(replace(SMALL, contact=contact), "lifted")
+        posed(replace(SMALL, contact=contact)).structure(formulation("lifted"))

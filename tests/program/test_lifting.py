@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from sgnlp.program.lifting import Chain
+from sgnlp.program.lifting import Lifting
 
 NX = 4
 
@@ -24,7 +24,7 @@ def build(x: ca.SX, p: ca.SX, lift, freeze) -> tuple[ca.SX, ca.SX]:
 def both():
     """Functions of (x, p) through a chain, and of (x, p, c) by plain differentiation with c held constant."""
     x, p, c = ca.SX.sym("x", NX), ca.SX.sym("p", 2), ca.SX.sym("c")
-    chain = Chain(x)
+    chain = Lifting(x)
     parts, rows = build(x, p, chain.lift, chain.freeze)
     energy = ca.sum1(parts)
     split = [parts[i] for i in range(parts.numel())]
@@ -56,7 +56,7 @@ def test_through_the_chain_everything_equals_plain_differentiation(both, seed, i
 
 def test_a_frozen_quantity_has_its_value_but_no_derivative():
     x = ca.SX.sym("x")
-    chain = Chain(x)
+    chain = Lifting(x)
     c = chain.freeze("c", x**2)
     f = ca.Function("f", [x], chain.value([c * x, chain.gradient(c * x), chain.hessian([c * x])]))
     np.testing.assert_allclose([float(v) for v in f(3.0)], [27.0, 9.0, 0.0])
@@ -64,7 +64,7 @@ def test_a_frozen_quantity_has_its_value_but_no_derivative():
 
 def test_a_displacement_from_a_frozen_origin_is_zero_with_derivative_one():
     x = ca.SX.sym("x", 2)
-    chain = Chain(x)
+    chain = Lifting(x)
     z = chain.lift("z", x**2)
     delta = z - chain.freeze("origin", z)
     value, J = ca.Function("f", [x], chain.value([delta, chain.jacobian(delta)]))([2.0, -1.0])
@@ -74,7 +74,7 @@ def test_a_displacement_from_a_frozen_origin_is_zero_with_derivative_one():
 
 def test_the_hessian_does_not_depend_on_how_a_sum_is_split_into_parts(both):
     x = ca.SX.sym("x", NX)
-    chain = Chain(x)
+    chain = Lifting(x)
     u = chain.lift("u", ca.sin(x) * x[::-1])
     parts = [ca.sumsqr(u), u[0] * x[1] ** 2, ca.exp(u[3])]
     whole = ca.Function("f", [x], chain.value([chain.hessian(parts), chain.hessian([sum(parts)])]))
@@ -84,7 +84,7 @@ def test_the_hessian_does_not_depend_on_how_a_sum_is_split_into_parts(both):
 
 def test_without_lifted_quantities_it_is_casadis_own_differentiation():
     x = ca.SX.sym("x", 3)
-    chain = Chain(x)
+    chain = Lifting(x)
     f = ca.Function("f", [x], chain.value([chain.gradient(ca.sumsqr(x)), chain.hessian([ca.sumsqr(x)])]))
     g, H = f([1.0, 2.0, 3.0])
     np.testing.assert_array_equal(np.array(g).ravel(), [2, 4, 6])

@@ -6,15 +6,13 @@ import casadi as ca
 import numpy as np
 import pytest
 from finite_differences import assert_jacobian, jacobian
-from scenes import SMALL, block, exact_grasp, hand, oracle, posed, random_point
+from scenes import SMALL, block, exact_grasp, hand, oracle, posed, random_point, with_added
 
 from sgnlp.base.settings import Contact, GpisSettings, Settings, Weights
 from sgnlp.experiments.benchmarks.plain import plain, plain_hessian
-from sgnlp.planning.warm_start import handed_over
+from sgnlp.program.formulations import formulation
 from sgnlp.program.nlp import UNITS, build, variable_units
 from sgnlp.program.oracle import Oracle
-from sgnlp.program.structure import Structure
-from sgnlp.program.terms import TERMS
 from sgnlp.surface.kernels import KERNELS
 
 FORMULATIONS = ("penalty", "constrained", "lifted")
@@ -30,14 +28,14 @@ def with_kernel(settings: Settings, kernel: str, surface_points: int = 60) -> Se
     return replace(settings, gpis=GpisSettings(kernel=kernel, surface_points=surface_points, interior_points=12))
 
 
-def scene(settings: Settings, formulation: str, seed: int = 0):
+def scene(settings: Settings, form: str, seed: int = 0):
     """The functions, a point near a start, its parameters with a weight on every term, random multipliers."""
-    functions, problem = oracle(settings, formulation), posed(settings)
+    functions, problem = oracle(settings, form), posed(settings)
     start, x = random_point(problem, functions.nlp, seed)
     p = problem.parameters(functions.nlp, start.wrist, start.joints)
-    x = handed_over(functions, x, p, problem.row_bounds(functions.nlp))
+    x = with_added(functions, x, p, problem.row_bounds(functions.nlp))
     x[len(variable_units(problem.hand)) :] += 0.1
-    p[block(functions.nlp.parameters, "weights")] = [getattr(EVERY_TERM, term.weight) for term in TERMS]
+    p[block(functions.nlp.parameters, "weights")] = [getattr(EVERY_TERM, term.setting) for term in problem.terms]
     lam = np.random.default_rng(seed).normal(size=sum(functions.nlp.row_sizes))
     return functions, x, p, lam
 
@@ -48,23 +46,23 @@ def full(H) -> np.ndarray:
     return H + np.triu(H, 1).T
 
 
-@pytest.mark.parametrize("formulation", ["constrained", "lifted"])
-def test_the_derivatives_of_joint_torques_match_differences(formulation):
-    check(*scene(TORQUES, formulation, seed=4))
+@pytest.mark.parametrize("form", ["constrained", "lifted"])
+def test_the_derivatives_of_joint_torques_match_differences(form):
+    check(*scene(TORQUES, form, seed=4))
 
 
 @pytest.mark.parametrize(
-    ("settings", "formulation"),
-    [*((MOVED, formulation) for formulation in FORMULATIONS), (CLOSURE, "penalty"), (CLOSURE, "constrained")],
+    ("settings", "form"),
+    [*((MOVED, form) for form in FORMULATIONS), (CLOSURE, "penalty"), (CLOSURE, "constrained")],
 )
-def test_the_derivatives_of_desired_motion_and_of_force_closure_match_differences(settings, formulation):
-    check(*scene(settings, formulation, seed=2))
+def test_the_derivatives_of_desired_motion_and_of_force_closure_match_differences(settings, form):
+    check(*scene(settings, form, seed=2))
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("form", FORMULATIONS)
 @pytest.mark.parametrize("kernel", sorted(KERNELS))
-def test_gradient_jacobian_and_hessian_match_differences(kernel, formulation):
-    functions, x, p, lam = scene(with_kernel(LOADED, kernel), formulation)
+def test_gradient_jacobian_and_hessian_match_differences(kernel, form):
+    functions, x, p, lam = scene(with_kernel(LOADED, kernel), form)
     check(functions, x, p, lam)
 
 
@@ -98,25 +96,23 @@ def check(functions: Oracle, x, p, lam) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kernel", "formulation"), [*zip(("squared_exponential", "matern52", "matern32"), FORMULATIONS, strict=True)]
+    ("kernel", "form"), [*zip(("squared_exponential", "matern52", "matern32"), FORMULATIONS, strict=True)]
 )
-def test_the_chain_with_jets_equals_casadis_differentiation_of_the_whole_expression(kernel, formulation):
+def test_the_chain_with_jets_equals_casadis_differentiation_of_the_whole_expression(kernel, form):
     """One kernel each, thin plate below: the others' jets are compared by themselves, in test_jets."""
-    compare_with_casadi(with_kernel(LOADED, kernel), formulation)
+    compare_with_casadi(with_kernel(LOADED, kernel), form)
 
 
-@pytest.mark.parametrize(
-    ("settings", "formulation"), [(MOVED, "constrained"), (CLOSURE, "penalty")], ids=["moved", "closure"]
-)
-def test_so_it_does_with_a_desired_motion_and_for_force_closure(settings, formulation):
-    compare_with_casadi(settings, formulation)
+@pytest.mark.parametrize(("settings", "form"), [(MOVED, "constrained"), (CLOSURE, "penalty")], ids=["moved", "closure"])
+def test_so_it_does_with_a_desired_motion_and_for_force_closure(settings, form):
+    compare_with_casadi(settings, form)
 
 
-def compare_with_casadi(settings: Settings, formulation: str) -> None:
+def compare_with_casadi(settings: Settings, form: str) -> None:
     small = replace(settings.gpis, surface_points=12, interior_points=12)
     contact = replace(settings.contact, samples=2)
     settings = replace(settings, spheres="paper", gpis=small, contact=contact)
-    functions, x, p, lam = scene(settings, formulation)
+    functions, x, p, lam = scene(settings, form)
     program = hand("paper"), functions.nlp.structure, posed(settings).gpis
     y, q, objective, constraints = plain(*program)
     first = [objective, ca.gradient(objective, y), constraints, ca.jacobian(constraints, y)]
@@ -164,7 +160,7 @@ def test_variables_have_their_documented_order_and_units():
 
 
 def test_the_same_hand_and_structure_give_the_same_functions():
-    structure = Structure("penalty", 4, "share", "exact")
+    structure = replace(posed(SMALL).structure(formulation("penalty")), samples=4)
     assert build(hand(), structure) is build(hand(), structure)
     assert build(hand(), structure) is not build(hand(), replace(structure, samples=5))
 

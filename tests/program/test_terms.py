@@ -14,7 +14,8 @@ from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.nlp import ENERGY_UNIT
 from sgnlp.program.ops import Exact
-from sgnlp.program.terms import TERMS
+from sgnlp.program.terms import CLOSURE as OF_CLOSURE
+from sgnlp.program.terms import COMPLIANT
 from sgnlp.program.terms.collision import SLOPE
 from sgnlp.program.terms.contact import FAINT_DENSITY
 from sgnlp.program.terms.spring import margins
@@ -28,18 +29,19 @@ HEAVY = replace(
 CLOSURE = replace(HEAVY, contact=replace(HEAVY.contact, metric="closure"))
 DENSITY = replace(HEAVY, contact=replace(HEAVY.contact, density="density"))
 SHARP = Smoothing(distance=1e-9, collision=1e-9, log=1e-9, force=1e-9, deviation=1e-9, exponent=1e9)
-NAMES = [term.name for term in TERMS]
+ALL = {term.name: term for term in (*COMPLIANT, *OF_CLOSURE)}
+NAMES = list(ALL)
 SEEDS = (0, 5)
 
 
 def settings_of(name: str) -> Settings:
     """Settings of a metric that has the term."""
-    return CLOSURE if TERMS[NAMES.index(name)].metric == "closure" else HEAVY
+    return HEAVY if ALL[name] in COMPLIANT else CLOSURE
 
 
 def value(name: str, g: Grasp) -> float:
     """The exact value of a term."""
-    return float(TERMS[NAMES.index(name)].value(g, Exact()))
+    return float(ALL[name].value(g, Exact()))
 
 
 # --- derivatives ---------------------------------------------------------------------------------------------------
@@ -50,7 +52,7 @@ def only(name: str, settings: Settings, seed: int):
     functions, problem = oracle(settings, "penalty"), posed(settings)
     start, x = random_point(problem, functions.nlp, seed)
     p = problem.parameters(functions.nlp, start.wrist, start.joints)
-    p[block(functions.nlp.parameters, "weights")] = np.eye(len(TERMS))[NAMES.index(name)]
+    p[block(functions.nlp.parameters, "weights")] = [term.name == name for term in problem.terms]
     return functions, x, p
 
 
@@ -179,8 +181,8 @@ def test_the_smooth_terms_tend_to_the_exact_ones(seed, metric):
 
 
 def test_every_term_has_a_weight_and_every_weight_a_term():
-    assert {term.weight for term in TERMS} == {field.name for field in fields(Weights)}
-    assert len(set(NAMES)) == len(NAMES)
+    assert {term.setting for term in ALL.values()} == {field.name for field in fields(Weights)}
+    assert len({type(term) for term in ALL.values()}) == len(NAMES)
 
 
 def test_the_energy_is_the_sum_of_its_weighted_terms():
@@ -192,28 +194,32 @@ def test_the_energy_is_the_sum_of_its_weighted_terms():
     names = [term.name for term in functions.nlp.terms_used]
     smooth = dict(zip(names, np.array(functions.terms(x, p)).ravel(), strict=True))
     used = functions.nlp.terms_used
-    expected = sum(getattr(weights, term.weight) * smooth[term.name] for term in used)
+    expected = sum(getattr(weights, term.setting) * smooth[term.name] for term in used)
     assert ENERGY_UNIT * float(functions.objective(x, p)) == pytest.approx(expected, rel=1e-12)
 
 
 def test_a_weight_of_the_pose_term_replaces_the_motion_term():
-    motion = NAMES.index("reg_motion")
-    assert posed(SMALL).weights()[motion] == SMALL.weights.reg
-    lifted = replace(SMALL, weights=replace(SMALL.weights, pose=2.0))
-    assert posed(lifted).weights()[motion] == 0.0
-    assert posed(lifted).weights()[NAMES.index("pose")] == 2.0
-    assert posed(lifted).weights()[NAMES.index("reg_joints")] == SMALL.weights.reg
+    assert weights_of(SMALL)["reg_motion"] == SMALL.weights.reg
+    lifted = weights_of(replace(SMALL, weights=replace(SMALL.weights, pose=2.0)))
+    assert lifted["reg_motion"] == 0.0
+    assert lifted["pose"] == 2.0
+    assert lifted["reg_joints"] == SMALL.weights.reg
+
+
+def weights_of(settings: Settings) -> dict[str, float]:
+    """The weight of each term of a plan."""
+    return {term.name: term.weight for term in posed(settings).terms}
 
 
 def test_a_metric_has_its_own_terms_and_those_of_every_grasp():
     spring, closure = (
-        {t.name for t, w in zip(TERMS, posed(s).weights(), strict=True) if w > 0}
+        {name for name, weight in weights_of(s).items() if weight > 0}
         for s in (replace(HEAVY, weights=Weights(pose=1.0)), CLOSURE)
     )
     assert closure == {"closure", "deviation", "dist", "col", "reg_joints"}
     assert spring == set(NAMES) - {"closure", "deviation", "reg_motion"}
     assert {t.name for t in oracle(CLOSURE, "penalty").nlp.terms_used} == closure
-    assert posed(CLOSURE).weights()[NAMES.index("deviation")] == CLOSURE.weights.uncer
+    assert weights_of(CLOSURE)["deviation"] == CLOSURE.weights.uncer
 
 
 def test_without_a_weight_nothing_is_desired_but_that_the_contacts_stay():

@@ -11,7 +11,6 @@ from scenes import hand
 from sgnlp import cli
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.pool import Failure
-from sgnlp.planning.summary import summary
 from sgnlp.planning.violations import Violation
 from sgnlp.program.terms import TERMS
 from sgnlp.show import tables as report
@@ -73,7 +72,7 @@ def test_units_are_seen_and_every_table_fits_a_terminal_of_80_columns(plan):
 def test_the_fingers_table_has_the_numbers_of_the_summary(plan):
     table = lines(report.fingers_table(plan, plan.best))
     assert "margin t0, eq" in table[1]
-    for line, (name, finger) in zip(table[2:], summary(plan)["best"]["fingers"].items(), strict=True):
+    for line, (name, finger) in zip(table[2:], plan.summary()["best"]["fingers"].items(), strict=True):
         assert line == [
             name,
             f"{finger['gain']:.0f}",

@@ -9,7 +9,7 @@ from readings import AIR, BEGIN, GIVEN, LIFTED, REST, SETTINGS, TABLE, TOUCHED, 
 from sgnlp.base.errors import InputError
 from sgnlp.hand.hand import load_hand
 from sgnlp.simulation import Command
-from sgnlp.simulation.judge import judge, simulate
+from sgnlp.simulation.judge import execute, judge
 from sgnlp.simulation.protocol import AXES
 from sgnlp.simulation.settings import SAMPLE
 
@@ -267,4 +267,4 @@ def test_the_shift_of_a_push_is_the_farthest_from_where_the_hold_ended():
 def test_a_command_that_is_none_is_refused(changes, message):
     command = Command(np.eye(7)[6], np.zeros(16), np.zeros((4, 3)), np.full(4, 100.0))
     with pytest.raises(InputError, match=message):
-        simulate(replace(command, **changes), None, load_hand("allegro_left"))
+        execute(replace(command, **changes), None, load_hand("allegro_left"))

@@ -17,7 +17,7 @@ from sgnlp.base.errors import InputError
 from sgnlp.hand.hand import load_hand
 from sgnlp.hand.kinematics import frames
 from sgnlp.program.equilibrium import GRAVITY
-from sgnlp.simulation import SimulationSettings, body, simulate
+from sgnlp.simulation import SimulationSettings, body, execute
 from sgnlp.simulation.protocol import Experiment
 from sgnlp.simulation.world import HAND
 
@@ -32,7 +32,7 @@ FAST = replace(SETTINGS, push_weights=0.0, hold_time=0.5)
 
 @pytest.fixture(scope="module")
 def outcomes():
-    return {name: simulate(GRIPS[name], BODIES[name], HAND_LEFT, SETTINGS) for name in BODIES}
+    return {name: execute(GRIPS[name], BODIES[name], HAND_LEFT, SETTINGS) for name in BODIES}
 
 
 @pytest.mark.parametrize("name", BODIES)
@@ -71,7 +71,7 @@ def test_the_forces_are_those_of_the_plan_but_for_friction(outcomes, name):
 @pytest.mark.parametrize("name", BODIES)
 def test_half_the_step_gives_the_same_outcome(outcomes, name):
     finer = replace(SETTINGS, timestep=SETTINGS.timestep / 2)
-    whole, half = outcomes[name], simulate(GRIPS[name], BODIES[name], HAND_LEFT, finer)
+    whole, half = outcomes[name], execute(GRIPS[name], BODIES[name], HAND_LEFT, finer)
     assert half.ending == whole.ending
     assert half.score_strict == whole.score_strict
     assert half.pushes_held == whole.pushes_held
@@ -90,7 +90,7 @@ BAD = {
 @pytest.mark.parametrize("why", BAD)
 def test_a_bad_grasp_does_not_lift(why):
     command, settings = BAD[why]
-    outcome = simulate(command, BODIES["box"], HAND_LEFT, settings)
+    outcome = execute(command, BODIES["box"], HAND_LEFT, settings)
     assert outcome.ending == "not lifted"
     assert outcome.score == outcome.score_strict == 0.0
     assert outcome.pushes == ()
@@ -98,18 +98,18 @@ def test_a_bad_grasp_does_not_lift(why):
 
 def test_a_light_object_that_slides_scores_a_half():
     strict = replace(FAST, slip_limit=1e-6)
-    outcome = simulate(GRIPS["box"], BODIES["box"], HAND_LEFT, strict)
+    outcome = execute(GRIPS["box"], BODIES["box"], HAND_LEFT, strict)
     assert (outcome.ending, outcome.score) == ("slid", 0.5)
 
 
 def test_a_rise_of_less_than_the_strict_one_scores_only_in_the_other():
-    outcome = simulate(GRIPS["box"], BODIES["box"], HAND_LEFT, replace(FAST, lift_height=0.03))
+    outcome = execute(GRIPS["box"], BODIES["box"], HAND_LEFT, replace(FAST, lift_height=0.03))
     assert (outcome.score, outcome.score_strict) == (1.0, 0.0)
 
 
 def test_the_same_arguments_give_the_same_bits(outcomes):
     arguments = pickle.loads(pickle.dumps((GRIPS["sphere"], BODIES["sphere"], SETTINGS)))
-    again = simulate(arguments[0], arguments[1], HAND_LEFT, arguments[2])
+    again = execute(arguments[0], arguments[1], HAND_LEFT, arguments[2])
     assert pickle.dumps(again) == pickle.dumps(outcomes["sphere"])
 
 
@@ -121,7 +121,7 @@ def test_the_wrist_rises_by_the_height_asked_for_whatever_it_holds(outcomes):
 @pytest.mark.parametrize("down", [0.5, 4.0])
 def test_a_pregrasp_inside_the_object_is_refused(down):
     wrist = GRIPS["sphere"].wrist - [0, 0, 0.01 * down, 0, 0, 0, 0]
-    outcome = simulate(replace(GRIPS["sphere"], wrist=wrist), BODIES["sphere"], HAND_LEFT, FAST)
+    outcome = execute(replace(GRIPS["sphere"], wrist=wrist), BODIES["sphere"], HAND_LEFT, FAST)
     assert (outcome.ending == "in collision") == (down > 1)
     assert (outcome.pregrasp.penetration_object > SETTINGS.max_penetration) == (down > 1)
     assert (outcome.closing is None) == (down > 1)
@@ -130,7 +130,7 @@ def test_a_pregrasp_inside_the_object_is_refused(down):
 def test_a_pregrasp_inside_the_table_is_refused():
     lowered = replace(GRIPS["box"], wrist=GRIPS["box"].wrist - [0, 0, 0.045, 0, 0, 0, 0])
     depth = SETTINGS.max_penetration
-    outcome = simulate(lowered, BODIES["box"], HAND_LEFT, FAST)
+    outcome = execute(lowered, BODIES["box"], HAND_LEFT, FAST)
     tips, _ = frames(HAND_LEFT, lowered.wrist, lowered.joints)
     assert outcome.ending == "in collision"
     assert outcome.pregrasp.penetration_table >= 0.012 - tips[:, 2].min() - 1e-6 > depth
@@ -138,7 +138,7 @@ def test_a_pregrasp_inside_the_table_is_refused():
 
 def test_an_object_given_above_the_table_falls_onto_it_first():
     held = replace(BODIES["box"], vertices=BODIES["box"].vertices + 0.01 * UP)
-    outcome = simulate(GRIPS["box"], held, HAND_LEFT, replace(FAST, close_time=0.5))
+    outcome = execute(GRIPS["box"], held, HAND_LEFT, replace(FAST, close_time=0.5))
     assert outcome.pregrasp.settle_shift == pytest.approx(0.01, abs=2e-4)
     assert outcome.pregrasp.settle_turn < 1e-3
 
@@ -222,7 +222,7 @@ def test_the_object_has_the_mass_and_inertia_of_an_even_box():
 
 def test_a_command_of_another_hand_is_refused():
     with pytest.raises(InputError, match=r"joints must be \(16,\)"):
-        simulate(replace(GRIPS["box"], joints=np.zeros(9)), BODIES["box"], HAND_LEFT, FAST)
+        execute(replace(GRIPS["box"], joints=np.zeros(9)), BODIES["box"], HAND_LEFT, FAST)
 
 
 @pytest.mark.parametrize("name", ["allegro_right", "dlr_hit_right", "tests/golden/three_fingers"])
@@ -237,7 +237,7 @@ def test_any_hand_can_be_simulated(name, request):
         gains=np.full(len(tips), 100.0),
         forces_eq=None,
     )
-    outcome = simulate(command, body(BODIES["box"].vertices, BODIES["box"].faces), hand, FAST)
+    outcome = execute(command, body(BODIES["box"].vertices, BODIES["box"].faces), hand, FAST)
     assert outcome.ending == "not lifted"
     np.testing.assert_allclose(outcome.trace.tips[0], tips, atol=1e-9)
 

@@ -15,7 +15,8 @@ from sgnlp.experiments.benchmarks.measure import Row, Time, clock, clocked, cold
 from sgnlp.experiments.benchmarks.processes import cache, command, peak_memory
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.ipopt import Iterate, Planner
-from sgnlp.planning.plan import Plan, solve
+from sgnlp.planning.plan import Plan
+from sgnlp.planning.solve import solve
 from sgnlp.planning.starts import Start, starts
 
 ORACLE_TIMES = "t_wall_nlp_"

@@ -10,7 +10,6 @@ from sgnlp.cli.progress import Bar
 from sgnlp.experiments.studies.failures import Failed
 from sgnlp.experiments.studies.trials import LOADS
 from sgnlp.planning import results
-from sgnlp.planning.summary import arrays
 from sgnlp.show import simulation_pictures, tables
 from sgnlp.simulation import command, true_body
 
@@ -45,7 +44,7 @@ def _picture(folder: Path, trial: Failed) -> str:
     from PIL import Image
 
     truth, hand = true_body(trial.plan.observation), trial.plan.problem.hand
-    told, settings = command(arrays(trial.plan)), LOADS[trial.row.load]
+    told, settings = command(trial.plan.arrays()), LOADS[trial.row.load]
     drawn = simulation_pictures.images(told, truth, hand, settings, trial.outcome.trace, SIZE)
     phase, image = list(drawn.items())[-1]
     lines = [trial.row.condition, *simulation_pictures.told(phase, settings, trial.outcome)]

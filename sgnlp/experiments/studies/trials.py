@@ -17,10 +17,10 @@ from sgnlp.experiments.studies.significance import percent, sign_test, wilson
 from sgnlp.experiments.studies.study import Case, Lines, Setup, view_sets
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import Observation, load
-from sgnlp.planning.plan import Plan, solve
-from sgnlp.planning.summary import arrays
+from sgnlp.planning.plan import Plan
+from sgnlp.planning.solve import solve
 from sgnlp.show.plots import Panel, Series
-from sgnlp.simulation import Outcome, SimulationSettings, command, simulate, true_body
+from sgnlp.simulation import Outcome, SimulationSettings, command, execute, true_body
 
 DEGREE = 180 / pi
 LOADS = {
@@ -144,7 +144,7 @@ def planned(setup: Setup, file: Path, condition: Condition, views: list[str] | N
 
 def carried_out(plan: Plan, load_settings: SimulationSettings) -> Outcome:
     """What the plan's first choice does to the true object."""
-    return simulate(command(arrays(plan)), true_body(plan.observation), plan.problem.hand, load_settings)
+    return execute(command(plan.arrays()), true_body(plan.observation), plan.problem.hand, load_settings)
 
 
 def _planned(plan: Plan, condition: Condition, load_name: str, views: list[str]) -> Row:

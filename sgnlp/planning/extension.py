@@ -1,0 +1,112 @@
+"""A user's file that adds to plans: `sgnlp solve mug.npz --with my_terms.py`.
+
+The file is Python. It may define any of `TERMS` and `CONSTRAINTS` (lists), `WITHOUT_TERMS` and `WITHOUT_CONSTRAINTS`
+(lists of names), `KERNEL` (a class), `FORMULATION` and `SOLVER` (objects). Its text travels to worker processes, also
+those of other machines, and its hash goes into the key of compiled functions and into the result.
+"""
+
+import hashlib
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from sgnlp.base.errors import InputError
+from sgnlp.planning.additions import Additions
+from sgnlp.planning.solvers.solver import Solver
+from sgnlp.program.constraint import Constraint
+from sgnlp.program.formulation import Formulation
+from sgnlp.program.terms import Term
+
+LISTS: dict[str, type] = {
+    "TERMS": Term,
+    "CONSTRAINTS": Constraint,
+    "WITHOUT_TERMS": str,
+    "WITHOUT_CONSTRAINTS": str,
+}
+OBJECTS: dict[str, type] = {"FORMULATION": Formulation, "SOLVER": Solver}
+"""What a file may define, and of which type it, or each of its parts, must be."""
+
+
+@dataclass(frozen=True)
+class Extension:
+    """The text of a user's file, and where it was read."""
+
+    file: str
+    text: str
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the text."""
+        return hashlib.sha256(self.text.encode()).hexdigest()
+
+    def additions(self) -> Additions:
+        """What it adds; the same text gives the same objects. Raises `InputError` for whatever is wrong with it."""
+        return _additions(self)
+
+
+def extension(file: str | Path) -> Extension:
+    """The extension in a file; raises `InputError` if it cannot be read, fails, or defines nothing of use."""
+    path = Path(file)
+    try:
+        found = Extension(str(path.absolute()), path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"'{file}' cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    found.additions()
+    return found
+
+
+@lru_cache(maxsize=8)
+def _additions(given: Extension) -> Additions:
+    module = ModuleType(f"sgnlp_extension_{given.digest[:8]}")
+    module.__file__ = given.file
+    sys.modules[module.__name__] = module  # so that its classes can be pickled, and looked up by dataclasses
+    try:
+        with _beside(Path(given.file).parent):
+            exec(compile(given.text, given.file, "exec"), vars(module))
+    except Exception as error:
+        line = str(error).splitlines()[0] if str(error) else ""
+        raise InputError(f"'{given.file}' fails: {type(error).__name__}: {line}") from None
+    found: dict[str, Any] = {}
+    for name, kind in LISTS.items():
+        if hasattr(module, name):
+            found[name.lower()] = _parts(module, name, kind, given)
+    for name, kind in OBJECTS.items():
+        if hasattr(module, name):
+            found[name.lower()] = _signed(getattr(module, name), name, kind, given)
+    if not found:
+        raise InputError(f"'{given.file}' defines none of {', '.join((*LISTS, *OBJECTS))}")
+    return Additions(**found)
+
+
+@contextmanager
+def _beside(folder: Path) -> Iterator[None]:
+    """Imports from the file's folder too."""
+    sys.path.insert(0, str(folder))
+    try:
+        yield
+    finally:
+        sys.path.remove(str(folder))
+
+
+def _parts(module: ModuleType, name: str, kind: type, given: Extension) -> tuple[Any, ...]:
+    values = getattr(module, name)
+    if not isinstance(values, list | tuple):
+        raise InputError(f"{name} in '{given.file}' must be a list, not {type(values).__name__}")
+    return tuple(_signed(value, name, kind, given) for value in values)
+
+
+def _signed(value: Any, name: str, kind: type, given: Extension) -> Any:
+    """A part that knows the hash of its source."""
+    if not isinstance(value, kind):
+        wrong = f"{value.__name__}, a class; call it" if isinstance(value, type) else type(value).__name__
+        raise InputError(f"{name} in '{given.file}' needs {kind.__name__} objects, not {wrong}")
+    if isinstance(value, Constraint):
+        return replace(value, source=given.digest)
+    if isinstance(value, Term | Formulation) and type(value).__module__.startswith("sgnlp_extension_"):
+        type(value).source = given.digest
+    return value

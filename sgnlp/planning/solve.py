@@ -1,0 +1,88 @@
+"""Plan grasps: from an observation to ranked solutions."""
+
+import time
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from dataclasses import replace
+
+from sgnlp.base.errors import InputError
+from sgnlp.base.presets import ROBUST
+from sgnlp.base.settings import Settings
+from sgnlp.hand.hand import Hand
+from sgnlp.perception.observation import Observation
+from sgnlp.planning.additions import Additions
+from sgnlp.planning.extension import Extension
+from sgnlp.planning.faraway import moved_cloud, moved_problem, moved_solution, origin
+from sgnlp.planning.plan import Plan
+from sgnlp.planning.pool import Failure, solve_all
+from sgnlp.planning.problem import build_problem
+from sgnlp.planning.solution import Solution, rank
+from sgnlp.planning.solvers.solver import Solver
+from sgnlp.planning.starts import starts
+from sgnlp.program.constraint import Constraint
+from sgnlp.program.formulation import Formulation
+from sgnlp.program.terms import Term
+
+
+def solve(
+    observation: Observation,
+    hand: str | Hand = "allegro_left",
+    settings: Settings = ROBUST,
+    *,
+    terms: Sequence[Term] = (),
+    constraints: Sequence[Constraint] = (),
+    without_terms: Sequence[str] = (),
+    without_constraints: Sequence[str] = (),
+    formulation: Formulation | None = None,
+    solver: Solver | None = None,
+    extension: Extension | None = None,
+    count: int = 7,
+    seed: int = 0,
+    jobs: int = 2,
+    timeout: float = 60.0,
+    progress: Callable[[Solution | Failure], None] = lambda result: None,
+) -> Plan:
+    """Plan compliant pregrasps for an observation.
+
+    Args:
+        observation: the cloud, from `sgnlp.load` or `sgnlp.observe`.
+        hand: name of a hand, or a loaded one.
+        settings: all settings; `sgnlp.preset` has "robust" (default) and "paper".
+        terms: added to those of the settings; one of a built-in name takes that one's place.
+        constraints: the same.
+        without_terms: names of built-in terms to leave out.
+        without_constraints: names of built-in constraints to leave out.
+        formulation: in the place of that of the settings.
+        solver: in the place of Ipopt as the settings have it.
+        extension: what a file adds to all of these, from `sgnlp.extension`.
+        count: number of starts; the first are those of the hand's file.
+        seed: of the training set and of the starts beyond the file's. The same seed gives the same result.
+        jobs: worker processes; the result does not depend on it.
+        timeout: wall-clock limit of a start [s].
+        progress: called with each result as it comes.
+
+    Raises:
+        InputError: the hand or a setting is not valid, or the surface cannot be fitted.
+    """
+    if min(count, jobs) < 1 or not timeout > 0 or seed < 0:
+        raise InputError(f"count {count}, jobs {jobs}, timeout {timeout:g} must be positive, seed {seed} not negative")
+    begin = time.perf_counter()
+    middle = origin(observation)
+    far = bool(middle.any())
+    without = tuple(without_terms), tuple(without_constraints)
+    additions = Additions(tuple(terms), tuple(constraints), *without, formulation, solver)
+    additions = additions.and_of(extension.additions()) if extension else additions
+    near = moved_cloud(observation, -middle) if far else observation
+    problem = build_problem(near, hand, settings, seed, additions)
+    fitted = time.perf_counter()
+    results = []
+    with closing(solve_all(problem, starts(problem, count, seed), jobs, timeout, additions.solver)) as ended:
+        for result in ended:
+            progress(result)
+            results.append(result)
+    solutions = rank([replace(r, hand=problem.hand) for r in results if isinstance(r, Solution)], settings.rank_by)
+    if far:
+        problem, solutions = moved_problem(problem, middle), [moved_solution(s, middle) for s in solutions]
+    failures = sorted((r for r in results if isinstance(r, Failure)), key=lambda f: f.start)
+    seconds = {"fit": fitted - begin, "solve": time.perf_counter() - fitted}
+    return Plan(observation, problem, tuple(solutions), tuple(failures), seed, jobs, timeout, seconds, extension)

@@ -1,0 +1,33 @@
+"""A planned grasp carried out on the true object that comes with its cloud."""
+
+from sgnlp.base.errors import InputError
+from sgnlp.perception.observation import Observation
+from sgnlp.planning.solution import Solution
+from sgnlp.simulation.body import true_body
+from sgnlp.simulation.command import Command
+from sgnlp.simulation.judge import DEFAULTS, execute
+from sgnlp.simulation.outcome import Outcome
+from sgnlp.simulation.settings import SimulationSettings
+
+
+def simulate(
+    solution: Solution | None, observation: Observation, settings: SimulationSettings = DEFAULTS
+) -> Outcome:
+    """Close, lift, hold and push in MuJoCo: whether a solution of a plan holds the object that `observation` knows.
+
+    Raises:
+        InputError: there is no solution, the observation has no true surface, or MuJoCo refuses hand or mesh.
+    """
+    if solution is None or solution.hand is None:
+        raise InputError("there is no grasp to simulate: plan.best is None where no start is feasible")
+    g = solution.grasp
+    told = Command(
+        wrist=solution.wrist,
+        joints=solution.joints,
+        targets=g.targets,
+        gains=g.gains,
+        forces_eq=g.forces_eq,
+        rotation_eq=g.rotation,
+        translation_eq=solution.translation_eq,
+    )
+    return execute(told, true_body(observation), solution.hand, settings)
