@@ -9,10 +9,12 @@ import pytest
 from mutate import BROKEN, KILLED, ROOT, SURVIVED, UNSOUND, Mutation, copied, table, verdict
 
 TABLE = table()
-BALL = "test_slip.py::test_a_ball_that_slides_covers_its_way"
+BALL = "simulation/test_slip.py::test_a_ball_that_slides_covers_its_way"
 COVERED = (
-    *("equilibrium", "energies/spring", "energies/contact", "constraints", "kernels", "gpis", "jets", "chain"),
-    *("kinematics", "kkt", "starts", "recompute", "elastic", "lifted", "simulation/judge", "simulation/protocol"),
+    *("program/equilibrium", "program/terms/spring", "program/terms/contact", "program/constraints"),
+    *("surface/kernels", "surface/gpis", "surface/jets", "program/lifting"),
+    *("hand/kinematics", "planning/kkt", "planning/starts", "planning/recompute", "program/formulations/elastic"),
+    *("program/formulations/lifted", "program/assembly", "program/constraint", "simulation/judge", "simulation/protocol"),
     *("simulation/recorder", "simulation/controller", "simulation/command", "simulation/slip"),
     *("simulation/contacts", "simulation/articulation"),
 )

@@ -1,6 +1,7 @@
 """A plan: the ranked grasps of one observation, and what is said of them in arrays and in plain values."""
 
 from dataclasses import asdict, dataclass, fields
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from sgnlp.planning.planner import History
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution, torque_share
+from sgnlp.program.constraint import Check
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +122,12 @@ def _start(s: Solution, rank: int) -> dict[str, Any]:
     }
 
 
+def _check(check: Check) -> dict[str, Any]:
+    """A check, with no bound where there is none: JSON has no infinity."""
+    told = asdict(check) | {"demand": check.demand}
+    return told | {name: told[name] if isfinite(told[name]) else None for name in ("lower", "upper")}
+
+
 def _grasp(s: Solution, plan: Plan) -> dict[str, Any]:
     hand, g, weights = plan.problem.hand, s.grasp, plan.problem.weights()
     fingers = {
@@ -148,5 +156,5 @@ def _grasp(s: Solution, plan: Plan) -> dict[str, Any]:
             for term, w, e in zip(plan.problem.terms, weights, s.energy_terms, strict=True)
         },
         "torque_over_effort": torque_share(g, plan.problem.settings.contact.metric),
-        "checks": {check.name: asdict(check) | {"demand": check.demand} for check in s.checks},
+        "checks": {check.name: _check(check) for check in s.checks},
     }

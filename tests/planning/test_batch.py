@@ -46,7 +46,7 @@ def solved(monkeypatch) -> list[str]:
     """The names that are solved, by a solver that gives the plan of the shared scene or fails by the name."""
     names = []
 
-    def fake(seen, hand, settings, *, count, seed, jobs, timeout):
+    def fake(seen, hand, settings, *, count, seed, jobs, timeout, extension):
         names.append(seen.name)
         if "broken" in seen.name:
             raise RuntimeError("CasADi says [no]\nand more")
@@ -56,7 +56,7 @@ def solved(monkeypatch) -> list[str]:
                 plan, solutions=(), failures=tuple(Failure(i, f"stopped after {timeout:g} s") for i in (0, 1))
             )
         if "loose" in seen.name:
-            checks = tuple(replace(check, least=math.inf) for check in plan.solutions[0].checks)
+            checks = tuple(replace(check, passed=False) for check in plan.solutions[0].checks)
             return replace(plan, solutions=tuple(replace(s, checks=checks) for s in plan.solutions))
         return plan
 
@@ -455,7 +455,9 @@ def test_a_build_that_fails_is_told_and_the_batch_goes_on_interpreted(here, buil
 
 def test_ctrl_c_ends_every_process_and_keeps_what_is_done():
     files = [str(cloud(name, i)) for i, name in enumerate(("one", "hangs", "hangs too"))]
-    patched = command_with("import sgnlp.planning.batch, test_batch; sgnlp.planning.batch.plan = test_batch.hanging")
+    here = f"sys.path.insert(0, {str(Path(__file__).parent)!r})"
+    code = "import sgnlp.planning.batch, test_batch; sgnlp.planning.batch.plan = test_batch.hanging"
+    patched = command_with(f"{here}; {code}")
     with running([*patched, "batch", *files, "--jobs", "2", "--starts", "3", *UNHURRIED, *LEANEST_FLAGS]) as process:
         assert wait_for(lambda: read() and Path("hanging").exists()), "no object has ended, or none hangs"
         assert interrupted(process) == (codes.INTERRUPTED, "", "interrupted\n")

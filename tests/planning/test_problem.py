@@ -31,7 +31,7 @@ def test_a_hand_is_given_by_name_or_loaded(problem):
 
 
 def test_the_same_seed_fits_the_same_surface(problem):
-    again, other = build_problem(observation(), hand(), SMALL, seed=0), build_problem(observation(), hand(), SMALL, seed=1)
+    again, other = (build_problem(observation(), hand(), SMALL, seed) for seed in (0, 1))
     np.testing.assert_array_equal(again.gpis.alpha, problem.gpis.alpha)
     assert not np.array_equal(other.gpis.X, problem.gpis.X)
 

@@ -18,11 +18,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from plans import small_plan
-from scenes import hand
+from scenes import SMALL, hand
 
 from sgnlp.base.errors import InputError, MachineError
 from sgnlp.planning import results
 from sgnlp.planning.grasps import Grasps, stack
+from sgnlp.program.terms import preset_terms
 
 ODD_META = {"text": 'quotes " and ü', "numbers": [1, 0.1, 1e-300], "nothing": None}
 
@@ -101,7 +102,7 @@ def test_odd_numbers_odd_texts_and_no_grasps_survive(grasps, tmp_path):
     odd = replace(grasps, energy=np.array([math.nan, -0.0]), violated=np.array(["a; b", "ü"]), meta=ODD_META)
     results.save(odd, {}, tmp_path)
     assert_same(results.load_grasps(tmp_path), odd)
-    none = stack(hand(), [], {})
+    none = stack(hand(), preset_terms(SMALL), [], {})
     results.save(none, {}, tmp_path)
     assert_same(results.load_grasps(tmp_path), none)
 
@@ -180,7 +181,9 @@ def in_a_small_disk(folder: Path, size: str, code: str) -> subprocess.CompletedP
 def test_on_a_disk_that_is_really_full_the_old_files_stay(tmp_path):
     code = """
 import os, pathlib
-from sgnlp import errors, results
+from sgnlp.base import errors
+from sgnlp.planning import results
+from sgnlp.program.terms import preset_terms
 results.write_files(pathlib.Path("r"), {"a": b"old", "b": b"old"})
 try:
     results.write_files(pathlib.Path("r"), {"a": b"new", "b": bytes(10**6)})

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from scenes import SMALL, exact_grasp, oracle, posed, random_grasp, random_point, with_settings
 from scipy.spatial.transform import Rotation
-from sgnlp.planning.planner import History, Iterate
 
 from sgnlp.base.errors import SgnlpError
 from sgnlp.planning.kkt import Kkt
 from sgnlp.planning.plan import Plan
+from sgnlp.planning.planner import History, Iterate
 from sgnlp.planning.solution import Solution, feasibility, rank, solution
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.grasp import Grasp
@@ -70,7 +70,7 @@ def pressed(size: float) -> np.ndarray:
 
 def moved(size: float) -> np.ndarray:
     """Contacts that move by so much [m] on their way to the equilibrium."""
-    return good().contacts + [0.0, 0.0, size]
+    return good().contacts + np.array([0.0, 0.0, size])
 
 
 def turned(angle_deg: float) -> np.ndarray:

@@ -5,23 +5,25 @@ import os
 import time
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from processes import hang
 from scenes import SEMI_AXES, SMALL, hand, observation, posed
-from sgnlp.planning.ipopt import Planner, options, schedule
 
 from sgnlp.base.presets import PAPER, PRESETS
 from sgnlp.base.settings import Settings, Solver
 from sgnlp.planning.plan import Plan
+from sgnlp.planning.planner import Planner
 from sgnlp.planning.pool import Failure, map_starts, solve_all
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution, solution
 from sgnlp.planning.solve import solve
+from sgnlp.planning.solvers.ipopt import Ipopt
 from sgnlp.planning.starts import Start, starts
+from sgnlp.program.formulations import formulation
 
 STARTS = 3
 
@@ -89,7 +91,8 @@ def test_the_bounds_of_the_settings_hold_at_every_solution(plan):
 
 def numbers(s: Solution) -> list[np.ndarray]:
     """All that a solution is made of, except its wall time."""
-    grasp = [np.asarray(getattr(s.grasp, field.name)) for field in fields(s.grasp)]
+    values = vars(s.grasp) | {"links": list(s.grasp.links.values())}
+    grasp = [np.asarray(value) for value in values.values()]
     checks = [np.array([c.value for c in s.checks])]
     residuals = [np.array([s.kkt.dual, s.kkt.primal, s.kkt.complementarity])]
     return [s.wrist, s.joints, s.energy_terms, np.array([s.start, s.iterations, s.energy]), *grasp, *checks, *residuals]
@@ -188,41 +191,39 @@ def test_an_interrupt_while_waiting_ends_every_process():
 # --- Ipopt -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("preset", PRESETS)
-@pytest.mark.parametrize("formulation", ["penalty", "constrained", "two_phase"])
-def test_the_hessian_is_exact_in_every_formulation_of_every_preset(preset, formulation):
-    solver = replace(PRESETS[preset].solver, formulation=formulation)
-    for _, iterations in schedule(solver):
-        chosen = options(solver, iterations)
-        assert chosen.get("ipopt.hessian_approximation", "exact") == "exact"
-        assert chosen["ipopt.max_iter"] == iterations
-        assert chosen["ipopt.tol"] == solver.tolerance
+@pytest.mark.parametrize("settings", PRESETS.values(), ids=PRESETS)
+def test_the_hessian_is_exact_in_every_preset(settings):
+    chosen = Ipopt.of(settings.solver).options(settings.solver.tolerance, 77)
+    assert chosen.get("ipopt.hessian_approximation", "exact") == "exact"
+    assert chosen["ipopt.max_iter"] == 77
+    assert chosen["ipopt.tol"] == settings.solver.tolerance
 
 
 def test_two_phases_are_a_few_penalty_iterations_and_then_the_constraints():
     solver = Solver(penalty_iterations=11, max_iterations=99)
-    assert schedule(solver) == [("penalty", 11), ("constrained", 99)]
-    assert schedule(replace(solver, formulation="penalty")) == [("penalty", 99)]
+    phases = [(phase.formulation.name, phase.iterations) for phase in formulation("two_phase").phases(solver)]
+    assert phases == [("penalty", 11), ("constrained", 99)]
+    assert [phase.iterations for phase in formulation("penalty").phases(solver)] == [99]
 
 
-@pytest.mark.parametrize("formulation", ["penalty", "constrained"])
-def test_each_formulation_converges_by_itself(formulation):
-    settings = replace(SMALL, solver=Solver(formulation=formulation))
+@pytest.mark.parametrize("name", ["penalty", "constrained"])
+def test_each_formulation_converges_by_itself(name):
+    settings = replace(SMALL, solver=Solver(formulation=name))
     planner = Planner(posed(settings))
     start = starts(planner.problem, 1, 0)[0]
     iterate = planner.solve(start)
-    assert iterate.formulation == formulation
+    assert iterate.formulation == name
     assert iterate.status == "Solve_Succeeded"
     assert iterate.kkt.worst < 1e-5
     assert iterate.iterations > 5
-    found = solution(planner.problem, start, iterate, planner.phases[-1].oracle.nlp.units)
-    assert found.feasible or formulation == "penalty"
+    found = solution(planner.problem, start, iterate, planner.stages[-1].nlp.units)
+    assert found.feasible or name == "penalty"
 
 
 def test_the_surface_is_evaluated_about_once_an_iteration():
     planner = Planner(posed(PENALTY))
     iterate = planner.solve(starts(planner.problem, 1, 0)[0])
-    assert planner.phases[0].oracle.surface.evaluations <= 3 * iterate.iterations
+    assert planner.stages[0].oracle.surface.evaluations <= 3 * iterate.iterations
 
 
 def test_a_planner_gives_the_same_answer_again():
