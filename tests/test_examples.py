@@ -1,18 +1,18 @@
 """The examples of the documentation that are no page: a term of the energy, a program that knows no Python."""
 
 import json
-import os
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pinocchio
 import pytest
 from plans import small_plan
+from scipy.spatial.transform import Rotation
 
 import sgnlp
+from sgnlp.cli import run
 from sgnlp.planning import results
 
 ROOT = Path(__file__).parents[1]
@@ -73,22 +73,19 @@ def test_the_summary_has_of_each_finger_what_the_arrays_have(folder):
         assert finger["normal"] == grasps.normals[0, i].tolist()
 
 
-def test_a_term_of_ones_own_changes_plan_and_energy(tmp_path):
-    """The patch of the how-to, on a copy of the package: contacts at heights that differ less."""
-    git = shutil.which("git")
-    if git is None:
-        pytest.skip("needs git to apply the patch")
-    for name in ("sgnlp", "urdf"):
-        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
-    subprocess.run([git, "apply", EXAMPLES / "level.patch"], cwd=tmp_path, check=True)
-    environment = os.environ | {"PYTHONPATH": str(tmp_path)}
+def test_a_file_with_a_term_and_a_constraint_changes_plan_energy_and_checks(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     spread = []
-    for weight in ("0", "1e6"):
-        command = [sys.executable, "-m", "sgnlp", "solve", ROOT / "problems" / "mug_0.npz", "--weights.level", weight]
-        subprocess.run([*command, "--out", weight, "--quiet", *SMALL], cwd=tmp_path, env=environment, check=True)
-        with np.load(tmp_path / weight / "grasps.npz") as grasps:
-            heights = grasps["contacts"][0, :, 2]
-            assert grasps["term_names"][-1] == "level"
-            assert grasps["energy_terms"][0, -1] == pytest.approx(((heights - heights.mean()) ** 2).sum())
-            spread.append(np.ptp(heights))
+    for own in ([], ["--with", str(EXAMPLES / "my_terms.py")]):
+        run(["solve", str(ROOT / "problems" / "mug_0.npz"), "--out", "made", "--quiet", *own, *SMALL])
+        grasps, summary = sgnlp.load_grasps("made"), json.loads(Path("made/summary.json").read_text(encoding="utf-8"))
+        spread.append(np.ptp(grasps.contacts[0, :, 2]))
+    heights = grasps.contacts[0, :, 2]
+    assert grasps.term_names[-1] == "level"
+    assert grasps.energy_terms[0, -1] == pytest.approx(((heights - heights.mean()) ** 2).sum())
     assert spread[1] < 0.5 * spread[0]
+    assert summary["constraints"][-1] == "upright"
+    assert summary["extension"]["sha256"] == grasps.meta["extension"]["sha256"]
+    named = "upright" in "".join(grasps.violated)
+    rotation = Rotation.from_quat(grasps.wrist[0, 3:]).as_matrix()
+    assert named == (rotation[2, 0] > -np.cos(np.radians(30)) + 1e-3)

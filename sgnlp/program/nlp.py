@@ -17,9 +17,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.base.errors import InputError
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import integrate
 from sgnlp.program.constraint import Constraint
+from sgnlp.program.grasp import Grasp
 from sgnlp.program.lifting import Lifting
 from sgnlp.program.model import Model
 from sgnlp.program.names import row_names, variable_names
@@ -124,10 +126,10 @@ def build(hand: Hand, structure: Structure) -> Nlp:
     lifting = Lifting(ca.SX.sym("x", len(units)))
     model = Model(hand, structure, lifting, par, units)
     op = Smooth(par.distance, par.collision, par.log_width, par.force, par.deviation, par.exponent)
-    unweighted = [t.value(model.grasp, op) for t in terms]
+    unweighted = [_value(t, model.grasp, op) for t in terms]
     weights = [par.weights[structure.terms.index(t)] / ENERGY_UNIT for t in terms]
     weighted = [w * e for w, e in zip(weights, unweighted, strict=True)]
-    blocks = [ca.vec(ca.SX(c.value(model.grasp, op))) / c.scale for c in constraints]
+    blocks = [_value(c, model.grasp, op) / c.scale for c in constraints]
     rows, energy = ca.vertcat(*blocks), sum(weighted, start=ca.SX(0))
     lam_f, lam_g = ca.SX.sym("lam_f"), ca.SX.sym("lam_g", rows.numel())
     split = ca.vertsplit(lam_g, [0, *np.cumsum([b.numel() for b in blocks]).tolist()])
@@ -148,3 +150,16 @@ def build(hand: Hand, structure: Structure) -> Nlp:
         terms=function("terms", [ca.vertcat(*unweighted)]),
         jets=model.layout.function(),
     )
+
+
+def _value(part: Term | Constraint, g: Grasp, op: Smooth) -> ca.SX:
+    """A term (1,) or the rows (k,) of a constraint as an expression; raises `InputError` where it is none."""
+    try:
+        value = ca.vec(ca.SX(part.value(g, op)))
+    except Exception as error:
+        kind = "constraint" if isinstance(part, Constraint) else "term"
+        said = next(iter(str(error).splitlines()), "")
+        raise InputError(f"{kind} '{part.name}' cannot be written in CasADi: {type(error).__name__}: {said}") from error
+    if isinstance(part, Term) and value.numel() != 1:
+        raise InputError(f"term '{part.name}' has {value.numel()} values, not one; sum them with op.sum")
+    return value

@@ -23,6 +23,7 @@ class Ops(Protocol):
     """What an equation may use."""
 
     def sum(self, x: Any) -> Any: ...  # noqa: D102
+    def stack(self, *parts: Any) -> Any: ...  # noqa: D102
     def dot(self, A: Any, B: Any) -> Any: ...  # noqa: D102
     def norm(self, A: Any) -> Any: ...  # noqa: D102
     def square(self, A: Any) -> Any: ...  # noqa: D102
@@ -49,6 +50,10 @@ class Smooth:
     def sum(self, x: ca.SX) -> ca.SX:
         """Sum of all elements."""
         return ca.sum1(ca.vec(x))
+
+    def stack(self, *parts: ca.SX) -> ca.SX:
+        """The elements of all parts in a row (k,)."""
+        return ca.vertcat(*[ca.vec(ca.SX(part)) for part in parts])
 
     def fingers(self, x: ca.SX, K: int) -> ca.SX:
         """Sums (m,) of the K samples of each finger in x (m K,)."""
@@ -102,6 +107,10 @@ class Exact:
     def sum(self, x: Any) -> float:
         """Sum of all elements."""
         return float(np.sum(x))
+
+    def stack(self, *parts: Any) -> Any:
+        """The elements of all parts in a row (k,)."""
+        return np.concatenate([np.ravel(part, order="F") for part in parts])
 
     def fingers(self, x: Any, K: int) -> Any:
         """Sums (m,) of the K samples of each finger in x (m K,)."""
