@@ -29,6 +29,8 @@ class Solve(Extending, Observing):
     """folder of the result; results/NAME if not given"""
     report: bool = False
     """write report.html and report.md too, as `sgnlp report` does"""
+    explain: bool = False
+    """say what each energy term and each constraint is"""
     json: bool = False
     """print the summary as JSON and nothing else"""
     quiet: bool = False
@@ -65,6 +67,7 @@ class Solve(Extending, Observing):
             _show(console, plan, [folder / results.GRASPS, folder / results.SUMMARY, *pages], self)
             for caution in outcome["cautions"]:
                 console.print(Text.assemble(("caution:", "yellow"), f" {caution}"), soft_wrap=True)
+            console.print("\n".join(_next(plan, folder)), style="dim", soft_wrap=True)
         return codes.FEASIBLE if plan.best else codes.NONE_FEASIBLE
 
 
@@ -74,9 +77,23 @@ def _show(console: Console, plan: Plan, files: list[Path], asked: Solve) -> None
     for table in tables.tables(plan):
         console.print(table)
         console.print()
+    if asked.explain:
+        console.print("\n".join((*tables.legend(plan.problem), "")), soft_wrap=True)
     for line in tables.pose_lines(plan, plan.solutions[0]) if plan.solutions else []:
         console.print(line, soft_wrap=True)
     lacks.tell(console)
     compiling.offer(console, plan.problem.hand, asked)
     console.print(tables.headline(plan))
     console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)
+
+
+def _next(plan: Plan, folder: Path) -> list[str]:
+    """What to do now."""
+    if plan.best is None:
+        return ["next:  --solver.formulation elastic tells by how much each constraint is missed; --starts 20 tries more"]
+    return [
+        f"next:  sgnlp view {folder}      look at the grasp",
+        f"       sgnlp report {folder}    read about it",
+        f"       sgnlp simulate {folder}  see whether it holds, in MuJoCo",
+        f"       {folder / results.SUMMARY}  for your robot: joints by name, wrist and targets in the cloud's frame",
+    ]

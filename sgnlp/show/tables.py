@@ -10,6 +10,7 @@ from rich.text import Text
 
 from sgnlp.hand.hand import Hand
 from sgnlp.planning.plan import Plan
+from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution
 from sgnlp.show.columns import Table
 from sgnlp.simulation import Outcome
@@ -79,6 +80,14 @@ def checks_table(s: Solution) -> Table:
         value = f"{_near_zero(check.value):.3g} {check.unit}".rstrip()
         table.add_row(check.row or check.name, value, check.demand, YES if check.passed else NO)
     return table
+
+
+def legend(problem: Problem) -> list[str]:
+    """What each term of the energy rewards, and what each constraint bounds, a line each."""
+    named = [[(p.name, p.about) for p in parts] for parts in (problem.terms, problem.constraints)]
+    width = max(len(name) for parts in named for name, _ in parts)
+    terms, constraints = ([f"  {name:{width}}  {about}" for name, about in parts] for parts in named)
+    return ["Terms of the energy reward", *terms, "Constraints bound", *constraints]
 
 
 def _near_zero(value: float) -> float:

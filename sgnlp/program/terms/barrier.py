@@ -14,6 +14,7 @@ class Stability(Term):
     """E_stab = -log(ρ/UNIT), ρ the rotational stiffness of the equilibrium."""
 
     name = setting = "stability"
+    about = "a stiff equilibrium"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """Falls as the equilibrium stiffens."""

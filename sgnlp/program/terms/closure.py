@@ -28,6 +28,7 @@ class Closure(Term):
     """E_fc = |Σ F_i| + |Σ (p_i - c_g) × F_i| in N and N m, as printed."""
 
     name = setting = "closure"
+    about = "forces that balance at first contact"
     constrained_elsewhere = True
 
     def value(self, g: Grasp, op: Ops) -> Any:
@@ -39,6 +40,7 @@ class Deviation(Term):
     """E_uncer = Σ σ_d(p_i): contacts where the surface is known."""
 
     name = "deviation"
+    about = "contacts where the surface is known well"
     setting = "uncer"
 
     def value(self, g: Grasp, op: Ops) -> Any:

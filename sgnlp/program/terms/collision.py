@@ -17,6 +17,7 @@ class Collision(Term):
     """
 
     name = setting = "col"
+    about = "the hand clear of itself, the object and the table"
     constrained_elsewhere = True
 
     def value(self, g: Grasp, op: Ops) -> Any:

@@ -14,6 +14,7 @@ class Distance(Term):
     """E_dist = Σ |d_i|, d_i the metric distance of a pad to the surface."""
 
     name = setting = "dist"
+    about = "pads on the surface"
     constrained_elsewhere = True
 
     def value(self, g: Grasp, op: Ops) -> Any:
@@ -29,6 +30,7 @@ class Uncertainty(Term):
     """
 
     name = setting = "uncer"
+    about = "contacts where the surface is known well"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """A pure number either way."""
@@ -42,6 +44,7 @@ class Targets(Term):
     """E_tar = Σ μ(o_i): targets deep inside. The raw mean: a metric distance is undefined on the medial axis."""
 
     name = setting = "tar"
+    about = "targets deep inside the object"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """In metres of the posterior mean."""

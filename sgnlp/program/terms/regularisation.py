@@ -11,6 +11,7 @@ class Gains(Term):
     """E_gain = Σ k_i. Printed Σ k_i²; with w = 0.5 that would drown every other term (22 400 at the start)."""
 
     name = setting = "gain"
+    about = "soft springs"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """In N/m."""
@@ -21,6 +22,7 @@ class Joints(Term):
     """First half of E_reg: |q_ref - q|² over the joints."""
 
     name = "reg_joints"
+    about = "joints near the hand's reference pose"
     setting = "reg"
 
     def value(self, g: Grasp, op: Ops) -> Any:
@@ -32,6 +34,7 @@ class Motion(Term):
     """Second half of E_reg: Σ |p_i - p_i(eq)|². Replaced by E_pose where that has a weight."""
 
     name = "reg_motion"
+    about = "little motion of the contacts to the equilibrium"
     setting = "reg"
 
     def value(self, g: Grasp, op: Ops) -> Any:
@@ -43,6 +46,7 @@ class Pose(Term):
     """E_pose = Σ |p_i(des) - p_i(eq)|: the object is to move so, for instance to rise by 1 cm."""
 
     name = setting = "pose"
+    about = "the object moved as desired"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """In metres."""

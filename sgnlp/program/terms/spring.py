@@ -19,6 +19,7 @@ class Spring(Term):
     """E_sp = -Σ log(1 + ε_i(t0)) - Σ log(1 + ε_i(eq))."""
 
     name = setting = "sp"
+    about = "contact forces well inside their friction cones, at first contact and at equilibrium"
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """Both states count alike."""
@@ -31,6 +32,7 @@ class Force(Term):
     """E_force = -Σ min(f_min, |f_i(eq)|): force is rewarded (the printed sign would minimise it)."""
 
     name = setting = "force"
+    about = "enough contact force"
     constrained_elsewhere = True
 
     def value(self, g: Grasp, op: Ops) -> Any:

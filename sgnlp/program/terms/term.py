@@ -1,5 +1,6 @@
 """What an energy term is."""
 
+import inspect
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -20,15 +21,19 @@ class Term:
 
     name: ClassVar[str] = ""
     setting: ClassVar[str] = ""
+    about: ClassVar[str] = ""
+    """What it rewards, in a few words; the first line of the docstring if it says nothing."""
     constrained_elsewhere: ClassVar[bool] = False
     source: ClassVar[str] = ""
     """Hash of the file that a term was loaded from; it goes into the key of compiled functions."""
 
     def __init_subclass__(cls) -> None:
-        """Name the term after its class."""
+        """Name the term after its class, unless it says otherwise."""
         super().__init_subclass__()
         if "name" not in cls.__dict__:
             cls.name = cls.__name__.lower()
+        if "about" not in cls.__dict__:
+            cls.about = next(iter((inspect.getdoc(cls) or "").splitlines()), "")
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """The term at a grasp, unweighted: a CasADi scalar or a number, in the operations `op`."""
