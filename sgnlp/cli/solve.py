@@ -90,7 +90,7 @@ def _show(console: Console, plan: Plan, files: list[Path], asked: Solve) -> None
 def _next(plan: Plan, folder: Path) -> list[str]:
     """What to do now."""
     if plan.best is None:
-        return ["next:  --solver.formulation elastic tells by how much each constraint is missed; --starts 20 tries more"]
+        return ["next:  --solver.formulation elastic tells by how much constraints are missed; --starts 20 tries more"]
     return [
         f"next:  sgnlp view {folder}      look at the grasp",
         f"       sgnlp report {folder}    read about it",

@@ -78,9 +78,10 @@ def solve(
     results = []
     with closing(solve_all(problem, starts(problem, count, seed), jobs, timeout, additions.solver)) as ended:
         for result in ended:
+            result = replace(result, hand=problem.hand) if isinstance(result, Solution) else result
             progress(result)
             results.append(result)
-    solutions = rank([replace(r, hand=problem.hand) for r in results if isinstance(r, Solution)], settings.rank_by)
+    solutions = rank([r for r in results if isinstance(r, Solution)], settings.rank_by)
     if far:
         problem, solutions = moved_problem(problem, middle), [moved_solution(s, middle) for s in solutions]
     failures = sorted((r for r in results if isinstance(r, Failure)), key=lambda f: f.start)

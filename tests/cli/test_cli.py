@@ -177,7 +177,7 @@ def first_raises(planner, start):
 )
 def test_a_start_that_fails_is_a_row_and_not_the_end(cloud, capfd, monkeypatch, task, timeout, reason):
     small_plan()
-    monkeypatch.setattr("sgnlp.planning.pool.Planner", lambda problem: None)
+    monkeypatch.setattr("sgnlp.planning.pool.Planner", lambda *given: None)
     monkeypatch.setattr("sgnlp.planning.pool.solve_start", task)
     assert solve(cloud, "--starts", 3, "--timeout", timeout, "--jobs", 2, *SMALL_FLAGS) == codes.FEASIBLE
     out = " ".join(capfd.readouterr().out.split())
