@@ -15,8 +15,9 @@ from sgnlp.cli.flags import ROWS, Starting, Tabling, made
 from sgnlp.cli.progress import bars
 from sgnlp.experiments import studies
 from sgnlp.experiments.cli import failures
+from sgnlp.experiments.frames import frame
 from sgnlp.experiments.studies import STUDIES
-from sgnlp.experiments.studies.study import Case, Setup, collect
+from sgnlp.experiments.studies.study import Setup, collect
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import load
 from sgnlp.planning import results
@@ -54,14 +55,10 @@ class Study(Tabling, Starting):
     def run(self, console: Console) -> int:
         """Every case that has no rows yet, then the tables and the figure over all."""
         study, folder = STUDIES[self.name], self.out or Path("results") / self.name
+        frame([])  # pandas, before any work
         if self.redraw:
             return self._redraw(console, study, folder)
-        if study.clouds != bool(self.files):
-            raise InputError(f"the study {self.name} " + ("needs clouds" if study.clouds else "takes no files"))
-        if self.pictures and not study.failed:
-            raise InputError(f"the study {self.name} has no trials to take pictures of")
-        if self.pictures:
-            simulation_pictures.headless()
+        self._refuse(study)
         results.writable(folder)
         load_hand(self.hand, self.settings.spheres)
         setup = Setup(self._chosen(), self.hand, self.settings, self.starts, self.seed, self.timeout)
@@ -71,7 +68,10 @@ class Study(Tabling, Starting):
         how = results.resumed(folder / "made.json", made(study=study.facts(setup), inputs=inputs))
         results.read_rows(folder / ROWS, study.row)
         results.write_text(folder / "made.json", results.json_text(how))
-        rows, broken = self._rows(console, study, cases, folder)
+        lacks.tell(console)
+        with closing(Workers(1 if study.alone else self.jobs)) as workers, bars(console) as bar:
+            progress = bar(self.name, len(cases)).move
+            rows, broken = collect(study.row, cases, folder / ROWS, workers, progress)
         if rows:
             self.write(folder, rows)  # in another form too, though no case was missing
             _show(console, study, rows, folder)
@@ -83,6 +83,15 @@ class Study(Tabling, Starting):
         console.print(f"written: {folder}", soft_wrap=True)
         return codes.NONE_FEASIBLE if broken else codes.FEASIBLE
 
+    def _refuse(self, study: studies.Study) -> None:
+        """Raise if the study cannot do what the flags ask."""
+        if study.clouds != bool(self.files):
+            raise InputError(f"the study {self.name} " + ("needs clouds" if study.clouds else "takes no files"))
+        if self.pictures:
+            if not study.failed:
+                raise InputError(f"the study {self.name} has no trials to take pictures of")
+            simulation_pictures.headless()
+
     def _chosen(self) -> tuple[Path, ...]:
         """The files of the half that is asked for."""
         files = tuple(file for file in self.files if self.half in (None, load(file).half))
@@ -91,7 +100,7 @@ class Study(Tabling, Starting):
         return files
 
     def _redraw(self, console: Console, study: studies.Study, folder: Path) -> int:
-        """Tables and figure alone: rows and how they were made stay as they are, whatever is set here."""
+        """Make only tables and figure: the rows and how they were made stay, whatever is set here."""
         rows = results.read_rows(folder / ROWS, study.row)
         if not rows:
             raise InputError(f"there are no rows to draw: '{folder / ROWS}'")
@@ -99,24 +108,18 @@ class Study(Tabling, Starting):
         console.print(f"drawn again: {folder}", soft_wrap=True)
         return codes.FEASIBLE
 
-    def _rows(
-        self, console: Console, study: studies.Study, cases: list[Case], folder: Path
-    ) -> tuple[list[Any], dict[str, str]]:
-        lacks.tell(console)
-        with closing(Workers(1 if study.alone else self.jobs)) as workers, bars(console) as bar:
-            return collect(study.row, cases, folder / ROWS, workers, bar(self.name, len(cases)).move)
-
 
 def _show(console: Console, study: studies.Study, rows: list[Any], folder: Path) -> None:
     """Write and print the tables, write the figure; without Matplotlib say that there is none."""
-    tables = study.tables(rows)
+    found = frame(rows)
+    tables = study.tables(found)
     shown = [report.rows_table(title, lines) for title, lines in tables.items()]
     for table in shown:
         console.print(table)
         console.print()
     parts = [f"## {title}\n\n{report.markdown(lines)}" for title, lines in tables.items()]
     try:
-        for suffix, content in plots.draw(study.panels(rows), study.caption).items():
+        for suffix, content in plots.draw(study.panels(found), study.caption).items():
             results.write_bytes(folder / f"figure.{suffix}", content)
         parts.append(f"## Figure\n\n![{study.question}](figure.svg)\n\n{study.caption}\n")
     except InputError as error:

@@ -1,12 +1,12 @@
 """The triangle study: does letting the object move get around the limits of the joint torques?
 
-The paper's experiment in the plane: two triangles, three sets of contacts, 100 poses each; how many poses have a
-feasible compliant grasp, and how many of those a grasp in force closure without any motion, under the same limit. From
-the paper: contacts, vertices, and one result, direct force closure in about 85 % of the feasible poses. From its
-release: three fingers of two links of 0.7 m, μ = 0.5, 5 N, poses within ±0.5 m and ±45° whose contacts all fingers
-reach, and the limit 12 — on J⁻¹f, which is no torque. The torque is Jᵀf, and both are measured here. Chosen here, as
-neither says it: fingers that do not cross, elbows outwards, 5 N along the normal, gains up to 200 N/m, the motions
-below on a straight way, and the limit kept all along it.
+The paper's experiment in the plane: two triangles, three sets of contacts, 100 poses each. It counts the poses that
+have a feasible compliant grasp, and those of them that have a grasp in force closure without any motion, under the same
+limit. From the paper: contacts, vertices, and one result, direct force closure in about 85 % of the feasible poses.
+From its release: three fingers of two links of 0.7 m, μ = 0.5, 5 N, poses within ±0.5 m and ±45° whose contacts all
+fingers reach, and the limit 12. The release puts that limit on J⁻¹f, which is no torque; the torque is Jᵀf. Both are
+measured here. Neither says the rest, which is chosen here: fingers do not cross, elbows point outwards, 5 N act along
+the normal, gains are at most 200 N/m, motions are straight, and the limit is kept all along them.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -19,11 +19,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.experiments.frames import Frame, Tables, curves
 from sgnlp.experiments.studies.planar import Demands, Finger, Stage, holds, least_torque, turn
 from sgnlp.experiments.studies.significance import percent
-from sgnlp.experiments.studies.study import Case, Setup, Study, Tables
+from sgnlp.experiments.studies.study import Case, Setup, Study
 from sgnlp.perception.observation import Observation
-from sgnlp.show.plots import Panel, Series
+from sgnlp.show.plots import Panel
 
 Array = NDArray[np.float64]
 
@@ -53,7 +54,7 @@ STAGES = 5
 LIMITS = {"Jᵀf": (2.5, 3.0, 3.5, 4.0, 5.0, 7.0, 12.0), "J⁻¹f": (12.0,)}
 """Limits [N m], and [N/m] of the release's quantity."""
 SHOWN = {"Jᵀf": 3.5, "J⁻¹f": 12.0}
-"""The limit shown for each configuration: half of 5 N times the reach of 1.4 m, and that of the release."""
+"""The limit of the table by configuration: half of 5 N times the reach of 1.4 m, and that of the release."""
 PAPER = "about 85"
 
 
@@ -163,14 +164,18 @@ def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:
     ]
 
 
-def counts(rows: Sequence[Row], quantity: str, limit: float) -> tuple[int, int]:
+def counts(rows: Frame, quantity: str, limit: float) -> tuple[int, int]:
     """Poses with a compliant grasp under a limit, and those with a direct one."""
     suffix = "" if quantity == "Jᵀf" else "_inverse"
-    compliant, direct = (sum(getattr(row, kind + suffix) <= limit for row in rows) for kind in ("compliant", "direct"))
-    return compliant, direct
+    return (rows[f"compliant{suffix}"] <= limit).sum(), (rows[f"direct{suffix}"] <= limit).sum()
 
 
-def tables(rows: Sequence[Row]) -> Tables:
+def configurations(rows: Frame) -> dict[tuple[str, str], Frame]:
+    """The poses of each triangle and set of contacts, none if there are no rows of them."""
+    return {key: rows[(rows.triangle == key[0]) & (rows.configuration == key[1])] for key in CONTACTS}
+
+
+def tables(rows: Frame) -> Tables:
     """By limit over all poses, and by configuration at one limit."""
     by_limit = [
         {"limit on": quantity, "limit [N m]": f"{limit:g}"} | _counted(rows, quantity, limit)
@@ -178,37 +183,31 @@ def tables(rows: Sequence[Row]) -> Tables:
         for limit in limits
     ]
     by_configuration = [
-        {"limit on": f"{quantity} ≤ {limit:g}", "triangle": key[0], "configuration": key[1]}
-        | _counted([row for row in rows if (row.triangle, row.configuration) == key], quantity, limit)
+        {"limit on": f"{quantity} ≤ {limit:g}", "triangle": triangle, "configuration": configuration}
+        | _counted(found, quantity, limit)
         for quantity, limit in SHOWN.items()
-        for key in CONTACTS
+        for (triangle, configuration), found in configurations(rows).items()
     ]
     return {"Grasps by limit": by_limit, "Grasps by configuration": by_configuration}
 
 
-def _counted(rows: Sequence[Row], quantity: str, limit: float) -> dict[str, str]:
+def _counted(rows: Frame, quantity: str, limit: float) -> dict[str, str]:
     compliant, direct = counts(rows, quantity, limit)
-    return {
-        "poses": str(len(rows)),
-        "compliant": str(compliant),
-        "direct": str(direct),
-        "direct of compliant [%] (95 %)": percent(direct, compliant),
-        "paper [%]": PAPER,
-    }
+    numbers = {"poses": len(rows), "compliant": compliant, "direct": direct}
+    share = {"direct of compliant [%] (95 %)": percent(direct, compliant), "paper [%]": PAPER}
+    return {name: str(number) for name, number in numbers.items()} | share
 
 
-def panels(rows: Sequence[Row]) -> list[Panel]:
+def panels(rows: Frame) -> list[Panel]:
     """Share of poses that have a grasp over the limit, for each configuration."""
-    shown = []
-    for key in CONTACTS:
-        own = [row for row in rows if (row.triangle, row.configuration) == key]
-        if own:
-            limits = np.linspace(0, 8, 161).tolist()
-            found = zip(*(counts(own, "Jᵀf", limit) for limit in limits), strict=True)
-            shares = [[100 * count / len(own) for count in column] for column in found]
-            named = zip(("compliant", "direct"), shares, strict=True)
-            series = tuple(Series(name, limits, share, look="line") for name, share in named)
-            title = f"triangle {key[0]}, configuration {key[1]}"
+    from pandas import DataFrame
+
+    shown, limits = [], np.linspace(0, 8, 161).tolist()
+    for (triangle, configuration), found in configurations(rows).items():
+        if len(found):
+            poses = DataFrame([counts(found, "Jᵀf", limit) for limit in limits], limits, ["compliant", "direct"])
+            title = f"triangle {triangle}, configuration {configuration}"
+            series = curves(100 * poses / len(found), look="line")
             shown.append(Panel(title, "limit of the joint torques [N m]", "poses [%]", series))
     return shown
 
