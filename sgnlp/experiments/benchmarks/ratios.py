@@ -2,14 +2,13 @@
 
 from collections.abc import Iterator, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 from threadpoolctl import threadpool_limits
 
 from sgnlp.base.settings import Solver
-from sgnlp.experiments.benchmarks.bench import Bench
-from sgnlp.experiments.benchmarks.measure import Row, Time, clocked, spread, timing, warm_times
+from sgnlp.experiments.benchmarks.measure import Bench, Row, clocked, spread, timing, warm_times
 from sgnlp.experiments.benchmarks.oracle import call, scene
 from sgnlp.experiments.benchmarks.plain import plain_hessian
 from sgnlp.planning.firstorder import OPTIMISERS, descend
@@ -24,14 +23,6 @@ STEPS = 200
 """First-order steps, as many as the paper's release takes."""
 PLAIN_POINTS = 12
 """Surface and interior points for which CasADi's plain Hessian is built: at full size that takes many minutes."""
-
-
-@dataclass(frozen=True)
-class Pair:
-    """One start solved with exact and with limited-memory Hessians."""
-
-    exact: tuple[Iterate, Time]
-    limited: tuple[Iterate, Time]
 
 
 def rows(bench: Bench) -> Iterator[Row]:
@@ -54,21 +45,20 @@ def limited_memory(planner: Planner) -> Planner:
 
 
 def _limited_memory(bench: Bench) -> Iterator[Row]:
-    pairs = []
+    exact, limited = [], []
     for problem in bench.problems:
-        exact = Planner(problem)
-        limited = limited_memory(exact)
+        planner = Planner(problem)
+        other = limited_memory(planner)
         for start in starts(problem, bench.starts, bench.seed):
-            pairs.append(Pair(*(clocked(partial(planner.solve, start)) for planner in (exact, limited))))
-    for name, ended in {
-        "exact Hessian": [pair.exact for pair in pairs],
-        "limited memory": [pair.limited for pair in pairs],
-    }.items():
+            exact.append(clocked(partial(planner.solve, start)))
+            limited.append(clocked(partial(other.solve, start)))
+    for name, ended in {"exact Hessian": exact, "limited memory": limited}.items():
         note = _solved([iterate for iterate, _ in ended], bench.settings.solver)
         yield timing(f"{name}: a start", "s", [time for _, time in ended], note)
         yield spread(f"{name}: iterations", "1", [iterate.iterations for iterate, _ in ended], note)
+    over = [theirs.wall / ours.wall for (_, ours), (_, theirs) in zip(exact, limited, strict=True)]
     note = "the same start, in the same formulations with the same limits of iterations"
-    yield spread("limited memory over exact", "1", [p.limited[1].wall / p.exact[1].wall for p in pairs], note)
+    yield spread("limited memory over exact", "1", over, note)
 
 
 def _solved(iterates: Sequence[Iterate], solver: Solver) -> str:
@@ -77,12 +67,11 @@ def _solved(iterates: Sequence[Iterate], solver: Solver) -> str:
 
 
 def _first_order(bench: Bench) -> Iterator[Row]:
-    solver = replace(bench.settings.solver, formulation="penalty")
+    settings = replace(bench.settings, solver=replace(bench.settings.solver, formulation="penalty"))
     for optimiser in sorted(OPTIMISERS, reverse=True):
         times, over, above = [], [], []
         for problem in bench.problems:
-            penalty = replace(problem, settings=replace(problem.settings, solver=solver))
-            planner = Planner(penalty)
+            planner = Planner(replace(problem, settings=settings))
             for start in starts(problem, bench.starts, bench.seed):
                 iterate, ours = clocked(partial(planner.solve, start))
                 found, theirs = clocked(partial(descend, problem, start, optimiser, STEPS))

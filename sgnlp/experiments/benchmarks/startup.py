@@ -6,8 +6,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from sgnlp.experiments.benchmarks.bench import Bench
-from sgnlp.experiments.benchmarks.measure import Row, Time, clock, cold_times, timing, warm_times
+from sgnlp.experiments.benchmarks.measure import Bench, Row, Time, clock, cold_times, timing, warm_times
 from sgnlp.experiments.benchmarks.processes import cache, fresh, python
 from sgnlp.perception.observation import load
 from sgnlp.planning.ipopt import Planner

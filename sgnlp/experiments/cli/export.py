@@ -1,6 +1,6 @@
 """`sgnlp export`: the nonlinear programs of problems for whoever has only CasADi, with a catalogue."""
 
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +66,5 @@ class Export(Observing):
 
 
 def _line(row: Entry) -> dict[str, str]:
-    shown = {field.name: getattr(row, field.name) for field in fields(Entry) if field.name in COLUMNS}
-    texts = {name: f"{value:.9g}" if isinstance(value, float) else str(value) for name, value in shown.items()}
-    return {COLUMNS[name]: text for name, text in texts.items()}
+    values = {title: getattr(row, name) for name, title in COLUMNS.items()}
+    return {title: f"{value:.9g}" if isinstance(value, float) else str(value) for title, value in values.items()}

@@ -1,6 +1,5 @@
 """`sgnlp study`: experiments over many objects, resumable, with command, versions and machine beside the rows."""
 
-from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
@@ -11,17 +10,17 @@ from rich.console import Console
 from sgnlp.base.checked import POSITIVE, Interval
 from sgnlp.base.errors import InputError
 from sgnlp.cli import codes, lacks
-from sgnlp.cli.flags import ROWS, Starting, Tabling, made
+from sgnlp.cli.flags import ROWS, Starting
 from sgnlp.cli.progress import bars
 from sgnlp.experiments import studies
 from sgnlp.experiments.cli import failures
+from sgnlp.experiments.cli.collecting import Collecting
 from sgnlp.experiments.frames import frame
 from sgnlp.experiments.studies import STUDIES
-from sgnlp.experiments.studies.study import Setup, collect
+from sgnlp.experiments.studies.study import Setup
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import load
 from sgnlp.planning import results
-from sgnlp.planning.workers import Workers
 from sgnlp.show import plots, simulation_pictures
 from sgnlp.show import tables as report
 
@@ -33,7 +32,7 @@ QUESTIONS = "; ".join(f"{name}: {study.question}" for name, study in STUDIES.ite
 
 
 @dataclass(kw_only=True)
-class Study(Tabling, Starting):
+class Study(Collecting):
     """Run an experiment and write its tables, raw rows and figure; run again, it goes on where it ended."""
 
     valid: ClassVar[dict[str, Interval]] = Starting.valid | {"timeout": POSITIVE}
@@ -49,13 +48,11 @@ class Study(Tabling, Starting):
     """look at the failed trials again, with pictures and reasons in failures.md, where the study has trials"""
     out: Path | None = None
     """folder of the results; results/NAME if not given"""
-    redraw: bool = False
-    """only make tables and figure anew, from the rows that are there"""
 
     def run(self, console: Console) -> int:
         """Every case that has no rows yet, then the tables and the figure over all."""
         study, folder = STUDIES[self.name], self.out or Path("results") / self.name
-        frame([])  # pandas, before any work
+        frame([])  # refuse before any work if pandas is missing
         if self.redraw:
             return self._redraw(console, study, folder)
         self._refuse(study)
@@ -64,22 +61,18 @@ class Study(Tabling, Starting):
         setup = Setup(self._chosen(), self.hand, self.settings, self.starts, self.seed, self.timeout)
         observations = setup.observations()
         cases = study.cases(setup, observations)
-        inputs = {observation.name: observation.digest for observation in observations}
-        how = results.resumed(folder / "made.json", made(study=study.facts(setup), inputs=inputs))
-        results.read_rows(folder / ROWS, study.row)
-        results.write_text(folder / "made.json", results.json_text(how))
+        self.begin(folder, study.facts(setup), observations, study.row)
         lacks.tell(console)
-        with closing(Workers(1 if study.alone else self.jobs)) as workers, bars(console) as bar:
-            progress = bar(self.name, len(cases)).move
-            rows, broken = collect(study.row, cases, folder / ROWS, workers, progress)
+        jobs = 1 if study.alone else self.jobs
+        with bars(console) as bar:
+            progress = bar(self.name, len(cases))
+            rows, broken = self.collected(console, study.row, cases, folder / ROWS, progress, jobs)
         if rows:
             self.write(folder, rows)  # in another form too, though no case was missing
             _show(console, study, rows, folder)
         if self.pictures and study.failed:
             with bars(console) as bar:
                 failures.write(console, folder, study.failed(setup, rows), bar("pictures of failures", None))
-        for case, reason in broken.items():
-            console.print(f"failed: {case}: {reason}", soft_wrap=True)
         console.print(f"written: {folder}", soft_wrap=True)
         return codes.NONE_FEASIBLE if broken else codes.FEASIBLE
 

@@ -39,9 +39,9 @@ def cases(table: Table, runs: Mapping[Key, Run]) -> list[Case]:
 
     Of each start the answer to the tightest tolerance counts at which the solver ended by itself.
     """
-    groups: dict[Key, list[Run]] = defaultdict(list)
-    for key, run in runs.items():
-        groups[key[:-1]].append(run)
+    groups: dict[tuple[str, str, str], list[Run]] = defaultdict(list)
+    for (name, formulation, solver, _), run in runs.items():
+        groups[name, formulation, solver].append(run)
     ended = table.last[table.last.failure == ""].sort_values("tolerance").drop_duplicates(RUN)
     ended = ended[ended.feasible].sort_values(["margin", "start"], ascending=[False, True])
     found = []

@@ -36,12 +36,12 @@ class Run:
     """What is run: a solver by name, on a file's problem in a formulation, from a start by index."""
 
     file: Path
-    hand: str
-    settings: Settings
-    seed: int
     formulation: str
     solver: str
     start: int
+    hand: str
+    settings: Settings
+    seed: int
     tolerances: tuple[float, ...]
     repeats: int
     limit: float

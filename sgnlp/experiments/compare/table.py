@@ -140,7 +140,9 @@ def optima(table: Table, formulation: str) -> Lines:
         same = (over <= SAME * rows.energy.abs().clip(lower=1)).sum()
         line = {"solver": solver, "rows met": f"{len(rows)} of {len(ends)}"}
         line |= {"best of its start [%]": percent(same, len(ends)), "above it, median": middle(over)}
-        found.append(line | {"above the object's best, median": middle(rows.energy - rows.object.map(objects).astype(float))})
+        found.append(
+            line | {"above the object's best, median": middle(rows.energy - rows.object.map(objects).astype(float))}
+        )
     return found
 
 

@@ -88,8 +88,9 @@ def case(
     problem = pose(observation, hand, settings, seed)
     found = map_starts(compare, problem, starts(problem, count, seed), 1, timeout)
     rows = [Row("", "", row.start, failure=row.reason) if isinstance(row, Failure) else row for row in found]
-    names = {"object": observation.name, "view_names": " ".join(observation.view_names)}
-    return sorted((replace(row, **names) for row in rows), key=lambda row: row.start)
+    views = " ".join(observation.view_names)
+    named = (replace(row, object=observation.name, view_names=views) for row in rows)
+    return sorted(named, key=lambda row: row.start)
 
 
 def rows_of(setup: Setup, file: Path, views: list[str]) -> list[Row]:

@@ -86,7 +86,7 @@ def panels(rows: Frame) -> list[Panel]:
         medians(rows).whole.groupby(["condition", "starts"], sort=False).quantile([0.25, 0.5, 0.75]).unstack(sort=False)
     )
     names = [f"{condition} ({count})" for condition, count in found.index]
-    ours = Series("here", names, *(list(found[level]) for level in (0.5, 0.25, 0.75)))
+    ours = Series("here", names, list(found[0.5]), list(found[0.25]), list(found[0.75]))
     paper = Series("paper, i7-13700K", names, [PAPER.get(key, nan) for key in found.index])
     return [Panel("One process", "", "time of a plan [s]", (ours, paper), bars=True)]
 

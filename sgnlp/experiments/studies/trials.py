@@ -13,7 +13,7 @@ from typing import Any
 
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
-from sgnlp.experiments.frames import Frame, Lines
+from sgnlp.experiments.frames import Frame, Lines, pick
 from sgnlp.experiments.studies.significance import percent, sign_test, wilson
 from sgnlp.experiments.studies.study import Case, Setup, view_sets
 from sgnlp.hand.hand import load_hand
@@ -211,12 +211,13 @@ def paired(rows: Frame, pairs: Sequence[tuple[str, str]]) -> Lines:
     for load_name, found in rows[rows.half == "held_out"].groupby("load", sort=False):
         scores = found.pivot(index="object", columns="condition", values="score")
         for one, other in pairs:
-            gains = (scores[one] - scores[other]).dropna() if {one, other} <= {*scores} else ()
-            if len(gains):
-                counts = {"better": (gains > 0).sum(), "worse": (gains < 0).sum(), "same": (gains == 0).sum()}
-                line = {"load": str(load_name), "condition": one, "against": other}
-                p = sign_test(int(counts["better"]), int(counts["worse"]))
-                lines.append(line | {name: str(count) for name, count in counts.items()} | {"p": f"{p:.2g}"})
+            both = scores.reindex(columns=[one, other]).dropna()
+            better, worse = int((both[one] > both[other]).sum()), int((both[one] < both[other]).sum())
+            counts = {"better": better, "worse": worse, "same": len(both) - better - worse}
+            line = {"load": str(load_name), "condition": one, "against": other}
+            if len(both):
+                line |= {name: str(count) for name, count in counts.items()}
+                lines.append(line | {"p": f"{sign_test(better, worse):.2g}"})
     return lines
 
 
@@ -227,8 +228,8 @@ def success(rows: Frame) -> str:
 
 def of(rows: Frame, condition: str, load_name: str, half: str = "") -> Frame:
     """The rows of a condition under a load, of one half of the objects or of all."""
-    chosen = (rows.condition == condition) & (rows.load == load_name)
-    return rows[chosen & (rows.half == half) if half else chosen]
+    found = pick(rows, condition=condition, load=load_name)
+    return pick(found, half=half) if half else found
 
 
 def panels(rows: Frame, half: str = "held_out") -> list[Panel]:
@@ -236,8 +237,8 @@ def panels(rows: Frame, half: str = "held_out") -> list[Panel]:
     shown, names = [], list(rows.condition.unique())
     for load_name in LOADS:
         scores = [of(rows, name, load_name, half).score for name in names]
-        low, high = zip(*(wilson(score.sum(), len(score)) for score in scores), strict=True)
-        values = ([100 * value for value in column] for column in ([score.mean() for score in scores], low, high))
-        series = Series(f"{HALVES[half]} half", names, *values)
+        spans = [wilson(score.sum(), len(score)) for score in scores]
+        low, high = ([100 * end for end in ends] for ends in zip(*spans, strict=True))
+        series = Series(f"{HALVES[half]} half", names, [100 * score.mean() for score in scores], low, high)
         shown.append(Panel(load_name, "", "success [%]", (series,), bars=True, y_range=(0, 100)))
     return shown
