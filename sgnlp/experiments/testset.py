@@ -23,8 +23,7 @@ from sgnlp.program.standalone import functions
 
 Array = NDArray[np.float64]
 
-FEASIBLE = 1e-6
-"""Largest violation of a bound, in the scaled variables and rows, of a point that counts as known."""
+FEASIBLE = 1e-6  # largest violation of a bound, in the scaled variables and rows, of a point that counts as known
 
 
 @dataclass(frozen=True)
@@ -59,8 +58,7 @@ class Exported:
     def write(self, folder: Path) -> None:
         """Write the functions, `nlp.npz`, `about.json` and the loader `load.py` into a folder.
 
-        Raises:
-            InputError: the folder cannot be written.
+        Raises `InputError`: the folder cannot be written.
         """
         results.write_arrays(folder / "nlp.npz", self.arrays)
         for name, function in self.functions.items():

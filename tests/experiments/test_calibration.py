@@ -10,8 +10,23 @@ from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST
 from sgnlp.experiments.frames import frame
 from sgnlp.experiments.studies import calibration
-from sgnlp.experiments.studies.calibration import PAD, Row, Truth, body, factor_table, halves, panels, tables, truth
-from sgnlp.experiments.studies.coverage import LEVELS, coverage, factor, half_width, kept_coverage, quantiles
+from sgnlp.experiments.studies.calibration import (
+    LEVELS,
+    PAD,
+    Row,
+    Truth,
+    body,
+    coverage,
+    factor,
+    factor_table,
+    half_width,
+    halves,
+    kept_coverage,
+    panels,
+    quantiles,
+    tables,
+    truth,
+)
 from sgnlp.surface.gpis import fit
 from sgnlp.surface.training import training_set
 

@@ -14,13 +14,13 @@ from processes import PATIENT
 from scenes import SMALL, ellipsoid
 
 from sgnlp.cli import run
-from sgnlp.experiments.compare import carried, formulations, page
-from sgnlp.experiments.compare.measures import data_profile, performance_profile, shifted_geometric_mean
+from sgnlp.experiments.compare import carried, page
+from sgnlp.experiments.compare.figures import data_profile, performance_profile
 from sgnlp.experiments.compare.route import Run
 from sgnlp.experiments.compare.row import Row, course
 from sgnlp.experiments.compare.runs import rows_of
-from sgnlp.experiments.compare.table import Table, claims, optima, pairs, success
-from sgnlp.experiments.compare.verdict import advice, hessians, verdicts
+from sgnlp.experiments.compare.table import Table, claims, optima, pairs, shifted_geometric_mean, success
+from sgnlp.experiments.compare.verdict import across, advice, formulations_advice, hessians, verdicts
 from sgnlp.experiments.frames import frame
 from sgnlp.planning import results, solvers
 from sgnlp.planning.solvers.anatomy import Answer, Method
@@ -163,7 +163,7 @@ def test_a_solvers_word_of_success_is_understood(status, said):
 
 
 def test_formulations_are_told_apart_by_success_time_and_the_margin_of_the_widest_feasible_solution():
-    assert not formulations.across(Table(ROWS), "ipopt")
+    assert not across(Table(ROWS), "ipopt")
     lifted = [
         *both(formulation="lifted", margin=0.1, cpu=0.3, iterations=30),
         *both(formulation="lifted", start=1, margin=0.4, feasible=False),
@@ -171,12 +171,12 @@ def test_formulations_are_told_apart_by_success_time_and_the_margin_of_the_wides
         *missed("slsqp", formulation="lifted"),
     ]
     penalty = both(margin=0.2) + both(start=1, margin=0.3) + both(object="can", margin=0.5)
-    first, second = formulations.across(Table(penalty + lifted), "ipopt")
+    first, second = across(Table(penalty + lifted), "ipopt")
     assert (first["formulation"], first["objects planned"], first["margin, mean"]) == ("penalty", "2 of 2", "0.4")
     assert (second["formulation"], second["objects planned"], second["margin, mean"]) == ("lifted", "1 of 2", "0.1")
     assert (second["starts"], second["iterations"], second["mean time [s]"]) == ("3", "50", "0.233")
     assert second["feasible [%]"].startswith("33")
-    often, optimal, quick = formulations.advice(Table(penalty + lifted), "ipopt")
+    often, optimal, quick = formulations_advice(Table(penalty + lifted), "ipopt")
     assert often.startswith("Feasible most often: `penalty`. 100")
     assert optimal.startswith("Reaches 1e-06 most often: `penalty`")
     assert quick.startswith("Fastest: `penalty`")

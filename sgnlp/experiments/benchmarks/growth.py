@@ -20,14 +20,10 @@ from sgnlp.planning.problem import pose
 from sgnlp.planning.results import read_rows
 from sgnlp.planning.starts import starts
 
-SURFACE_POINTS = (100, 200, 500, 1000)
-"""Settings of `gpis.surface_points`."""
-STARTS = (1, 7, 28)
-"""Numbers of starts."""
-SIZES = (0.85, 1.15)
-"""Factors between which a cloud is scaled, so that it is another object of nearly the same size."""
-LOOKING = 1.0
-"""Time between two looks at the memory of a batch [s]."""
+SURFACE_POINTS = (100, 200, 500, 1000)  # settings of `gpis.surface_points`
+STARTS = (1, 7, 28)  # numbers of starts
+SIZES = (0.85, 1.15)  # factors between which a cloud is scaled, so that it is another object of nearly the same size
+LOOKING = 1.0  # time between two looks at the memory of a batch [s]
 PART = 5
 """The first and the last of this many parts of a batch are compared, the first without its start."""
 

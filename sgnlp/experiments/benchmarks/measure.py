@@ -22,8 +22,7 @@ T = TypeVar("T")
 
 LEAST = 0.02
 """A warm task is repeated within one measurement until it takes this long [s], a thousand times a clock's tick."""
-UNITS = {"s": 1.0, "ms": 1e3, "µs": 1e6}
-"""Units of time in a second."""
+UNITS = {"s": 1.0, "ms": 1e3, "µs": 1e6}  # units of time in a second
 
 
 @dataclass(frozen=True)

@@ -21,16 +21,14 @@ Array = NDArray[np.float64]
 
 FUNCTIONS = {"f": "objective", "∇f": "gradient", "g": "rows", "J": "jacobian", "H": "hessian"}
 """The names of the field for those of an oracle."""
-STEP = 1e-3
-"""How far a new x lies from the one before it, in the scaled variables."""
+STEP = 1e-3  # how far a new x lies from the one before it, in the scaled variables
 FLOPS = {"values": (1, 25), "derivatives": (4, 70)}
 """Flops of a variance over N², and of a mean over N.
 
 A trial point of a line search needs values: N² flops for each of the V variances and 25 N for each of the Q means. An
 accepted point needs the derivatives too: another 4 N² and 70 N. So they are counted, whatever is executed.
 """
-SQUARE = 1000
-"""Rows of the matrices whose product gives the peak."""
+SQUARE = 1000  # rows of the matrices whose product gives the peak
 
 
 def rows(bench: Bench) -> Iterator[Row]:

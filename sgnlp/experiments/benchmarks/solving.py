@@ -17,8 +17,7 @@ from sgnlp.planning.ipopt import Iterate, Planner
 from sgnlp.planning.plan import Plan, solve
 from sgnlp.planning.starts import Start, starts
 
-ORACLE_TIMES = "t_wall_nlp_"
-"""How CasADi's names of the times of the functions begin."""
+ORACLE_TIMES = "t_wall_nlp_"  # how CasADi's names of the times of the functions begin
 
 
 @dataclass(frozen=True)

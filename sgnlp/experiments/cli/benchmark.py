@@ -18,8 +18,7 @@ from sgnlp.planning import results
 from sgnlp.show import tables as report
 
 Section = Literal["startup", "oracle", "surface", "solving", "whole", "ratios", "points", "starts", "objects", "many"]
-PROBLEMS = Path("problems")
-"""Where the clouds are if none is named."""
+PROBLEMS = Path("problems")  # where the clouds are if none is named
 
 
 @dataclass(kw_only=True)

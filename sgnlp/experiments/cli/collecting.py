@@ -28,8 +28,7 @@ class Collecting(Tabling, Starting):
     def begin(self, folder: Path, facts: dict[str, Any], observations: Sequence[Observation], row: type[Any]) -> None:
         """Write how the rows are made.
 
-        Raises:
-            InputError: the folder has rows of other settings or clouds, or of another kind.
+        Raises `InputError`: the folder has rows of other settings or clouds, or of another kind.
         """
         inputs = {observation.name: observation.digest for observation in observations}
         how = results.resumed(folder / MADE, made(study=facts, inputs=inputs))

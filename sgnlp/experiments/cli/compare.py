@@ -31,8 +31,7 @@ from sgnlp.planning import results, solvers
 from sgnlp.show import plots, tables
 
 SIMULATED = "simulated.csv"
-EVERY = "all"
-"""In the place of the solvers' names."""
+EVERY = "all"  # in the place of the solvers' names
 
 
 @dataclass(kw_only=True)

@@ -9,8 +9,7 @@ from math import nan
 from sgnlp.experiments.compare.route import Run
 from sgnlp.experiments.compare.runs import chosen
 from sgnlp.experiments.compare.table import RUN, Table
-from sgnlp.experiments.frames import Frame, Lines, pick
-from sgnlp.experiments.studies.significance import percent
+from sgnlp.experiments.frames import Frame, Lines, percent, pick
 from sgnlp.experiments.studies.study import Case, Key
 from sgnlp.experiments.studies.trials import LOADS, NO_PLAN, carried_out
 from sgnlp.hand.hand import load_hand

@@ -5,22 +5,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sgnlp.experiments.compare.measures import data_profile, performance_profile
 from sgnlp.experiments.compare.row import course
 from sgnlp.experiments.compare.table import Table
 from sgnlp.experiments.frames import Frame, curves
 from sgnlp.show.plots import STYLES, Panel, Series
 
-MOST = len(STYLES)
-"""Lines in a panel at most: as many as can be told apart."""
-FACTORS = np.geomspace(1.0, 64.0, 60).tolist()
-"""Factors of the best time."""
-BUDGETS = np.geomspace(0.3, 300.0, 60).tolist()
-"""Calls over n + 1."""
-MOMENTS = np.geomspace(0.003, 10.0, 40).tolist()
-"""Times at which the courses are looked at [s]."""
-FLOOR = 1e-9
-"""Residuals and gaps below are drawn here."""
+MOST = len(STYLES)  # lines in a panel at most: as many as can be told apart
+FACTORS = np.geomspace(1.0, 64.0, 60).tolist()  # factors of the best time
+BUDGETS = np.geomspace(0.3, 300.0, 60).tolist()  # calls over n + 1
+MOMENTS = np.geomspace(0.003, 10.0, 40).tolist()  # times at which the courses are looked at [s]
+FLOOR = 1e-9  # residuals and gaps below are drawn here
 
 
 def shown(table: Table) -> list[str]:
@@ -79,3 +73,20 @@ def _course(ends: Frame, column: int) -> list[float]:
         curves.append(lowest[np.searchsorted(points[0], MOMENTS, side="right")])
     middle = np.median(curves, axis=0) if curves else np.full(len(MOMENTS), math.nan)
     return np.where(np.isfinite(middle), middle, math.nan).tolist()
+
+
+def performance_profile(values: Frame, factors: Sequence[float]) -> Frame:
+    """ρ(τ): the share of the common instances that each solver solves within τ times the best (Dolan & Moré 2002)."""
+    common = values.dropna()
+    ratios = common.div(common.min(axis=1).replace(math.inf, math.nan), axis=0).fillna(math.inf)
+    return _within(ratios, factors)
+
+
+def data_profile(values: Frame, budgets: Sequence[float]) -> Frame:
+    """d(κ): the share of the common instances that each solver solves within κ units of work (Moré & Wild 2009)."""
+    return _within(values.dropna(), budgets)
+
+
+def _within(values: Frame, limits: Sequence[float]) -> Frame:
+    """The share of the lines within each limit, a line a limit."""
+    return type(values)([(values <= limit).mean() for limit in limits], limits)

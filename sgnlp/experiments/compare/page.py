@@ -3,20 +3,18 @@
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from sgnlp.experiments.compare import carried, figures, formulations
+from sgnlp.experiments.compare import carried, figures
 from sgnlp.experiments.compare import table as made
-from sgnlp.experiments.compare.measures import SHIFT
 from sgnlp.experiments.compare.route import ASKED
 from sgnlp.experiments.compare.runs import GRACE
 from sgnlp.experiments.compare.table import Table
-from sgnlp.experiments.compare.verdict import EXACT, advice, hessians, verdicts
+from sgnlp.experiments.compare.verdict import EXACT, across, advice, formulations_advice, hessians, verdicts
 from sgnlp.experiments.frames import Lines, Tables, frame
 from sgnlp.planning.solvers import found as known
 from sgnlp.show.plots import Panel
 from sgnlp.show.tables import markdown
 
-SIZE = 38
-"""Variables that every formulation has of the Allegro hand: the unit of work is n + 1 calls."""
+SIZE = 38  # variables that every formulation has of the Allegro hand: the unit of work is n + 1 calls
 CAPTIONS = {
     "profiles": "Performance profiles (Dolan & Moré): the share of runs solved to the tolerance within a factor of the "
     "time of the fastest solver on each run. Processor time; a failure counts as infinite.",
@@ -74,8 +72,8 @@ def page(table: Table, how: dict[str, Any], simulated: Sequence[carried.Row]) ->
         "\n## What was expected\n",
         *_bullets(verdicts(table)),
         *(_section(title, lines) for title, lines in tables(table).items()),
-        TIMES.format(shift=SHIFT, tight=tight),
-        _section(f"Formulations, by `{EXACT}`", formulations.across(table, EXACT)),
+        TIMES.format(shift=made.SHIFT, tight=tight),
+        _section(f"Formulations, by `{EXACT}`", across(table, EXACT)),
         *(f"\n![{name}]({name}.svg)\n\n{CAPTIONS[name]}\n" for name in figures_of(table)),
         _section("Exact against limited-memory Hessian", hessians(table)),
     ]
@@ -109,7 +107,7 @@ def page(table: Table, how: dict[str, Any], simulated: Sequence[carried.Row]) ->
 def _answer(table: Table) -> list[str]:
     """What the page is about: solvers, or the formulations of one."""
     if table.solvers == [EXACT] and len(table.formulations) > 1:
-        return ["# Which formulation should I use?\n", *_bullets(formulations.advice(table, EXACT))]
+        return ["# Which formulation should I use?\n", *_bullets(formulations_advice(table, EXACT))]
     return ["# Which solver should I use?\n", *_bullets(advice(table))]
 
 

@@ -6,21 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from sgnlp.experiments.compare.measures import shifted_geometric_mean
 from sgnlp.experiments.compare.row import Row
-from sgnlp.experiments.frames import Frame, Lines, frame, lines, pick
-from sgnlp.experiments.studies.significance import percent
+from sgnlp.experiments.frames import Frame, Lines, frame, lines, percent, pick
 from sgnlp.planning.solvers.meter import CALLS
 
-SAME = 1e-3
-"""Energies that differ by less, relative to the larger or absolute, are of the same local optimum."""
-DECREASE = 1e-3
-"""τ of Moré & Wild's test of convergence, f(x₀) - f(x) ≥ (1 - τ)(f(x₀) - f_best)."""
-ADMISSIBLE = 1e-3
-"""Largest violation at a point whose energy counts."""
-INSTANCE = ["object", "formulation", "start"]
-"""What all solvers are given alike."""
+SAME = 1e-3  # energies that differ by less, relative to the larger or absolute, are of the same local optimum
+DECREASE = 1e-3  # τ of Moré & Wild's test of convergence, f(x₀) - f(x) ≥ (1 - τ)(f(x₀) - f_best)
+ADMISSIBLE = 1e-3  # largest violation at a point whose energy counts
+INSTANCE = ["object", "formulation", "start"]  # what all solvers are given alike
 RUN = [*INSTANCE, "solver"]
+SHIFT = 0.1  # shift of the geometric mean [s]: differences below it hardly count; Ipopt takes about as long here
 
 
 class Table:
@@ -90,6 +85,11 @@ class Table:
 
 def _wide(rows: Frame, value: str) -> Frame:
     return rows.pivot(index=INSTANCE, columns="solver", values=value)
+
+
+def shifted_geometric_mean(times: Sequence[float], shift: float = SHIFT) -> float:
+    """exp(mean log(t + s)) - s, infinite if one is; NaN of none."""
+    return float(np.exp(np.log(np.add(times, shift)).mean()) - shift) if len(times) else math.nan
 
 
 def short(value: float, digits: int = 2) -> str:

@@ -3,13 +3,17 @@
 The metric distance d = μ/|∇μ|, with its deviation σ_d = σ/|∇μ|, is compared with the true signed distance d*: at points
 of the true surface that a fingertip can touch, and at the centre of the pad that touches there. Kernels, their length
 and the noise of a measured point are varied. A factor on σ_d is fitted on half of the objects and judged on the others.
+
+An interval of level q is ± s Φ⁻¹((1 + q)/2) σ; it is calibrated where a share q of the errors lies inside. The errors
+are kept as quantiles, so that other intervals can be tried later.
 """
 
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 from pathlib import Path
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -18,15 +22,6 @@ from scipy.spatial.distance import cdist
 
 from sgnlp.base.errors import InputError
 from sgnlp.experiments.frames import Frame, Lines, Tables
-from sgnlp.experiments.studies.coverage import (
-    LEVELS,
-    QUANTILES,
-    coverage,
-    factor,
-    half_width,
-    kept_coverage,
-    quantiles,
-)
 from sgnlp.experiments.studies.study import Setup, Study, body, over_views
 from sgnlp.perception.observation import Observation, load
 from sgnlp.perception.synthetic.meshes import Mesh
@@ -38,14 +33,14 @@ from sgnlp.surface.training import training_set
 
 Array = NDArray[np.float64]
 
-SAMPLES = 1000
-"""Points drawn on each true surface, of which those out of reach are left out."""
-PAD = 0.012
-"""Radius of a fingertip's pad [m]."""
-OFFSETS = (0.0, PAD)
-"""Queries: points of the surface moved along the normal by this [m]."""
-CLEAR = 0.99
-"""A pad is clear of the rest of the object if its centre is this share of its radius away from all of it."""
+LEVELS = (0.5, 0.9, 0.95)
+QUANTILES = (0.0, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)
+"""Shares of the errors at which |z| is kept, z = error/σ."""
+FACTORS = np.geomspace(0.02, 20, 301)  # where the factor s is looked for, in steps of 2 %
+SAMPLES = 1000  # points drawn on each true surface, of which those out of reach are left out
+PAD = 0.012  # radius of a fingertip's pad [m]
+OFFSETS = (0.0, PAD)  # queries: points of the surface moved along the normal by this [m]
+CLEAR = 0.99  # A pad is clear of the rest of the object if its centre is this share of its radius away from all of it
 SEEN = 0.005
 """A point of the surface nearer than this to a measured one is seen [m]: the paper's noise of a measured point."""
 SIDES = ("seen", "unseen")
@@ -86,8 +81,7 @@ class Truth:
 def truth(observation: Observation, rng: np.random.Generator) -> Truth:
     """Points where a pad can be: clear of the table, and of the object except at the point.
 
-    Raises:
-        InputError: the problem does not bring its true surface along.
+    Raises `InputError`: the problem does not bring its true surface along.
     """
     if observation.mesh_vertices is None or observation.mesh_faces is None:
         raise InputError(f"'{observation.name}' comes without its true surface, 'mesh_vertices' and 'mesh_faces'")
@@ -127,6 +121,37 @@ def _sides(gpis: Gpis, known: Truth, seen: NDArray[np.bool_]) -> Iterator[tuple[
                 means = (round(1e3 * float(values.mean()), 3) for values in (e, np.abs(e), s))
                 within = (round(coverage(e, s, level), 4) for level in LEVELS)
                 yield side, 1e3 * offset, len(e), *within, *means, quantiles(e, s)
+
+
+def half_width(level: float) -> float:
+    """Φ⁻¹((1 + level)/2), half the interval of a level in deviations."""
+    return NormalDist().inv_cdf((1 + level) / 2)
+
+
+def coverage(errors: Array, deviations: Array, level: float) -> float:
+    """Share of errors (Q,) inside their intervals."""
+    return float((np.abs(errors) <= half_width(level) * deviations).mean())
+
+
+def quantiles(errors: Array, deviations: Array) -> str:
+    """The `QUANTILES` of |z|, as a text of three digits each."""
+    return " ".join(f"{z:.3g}" for z in np.quantile(np.abs(errors) / deviations, QUANTILES))
+
+
+def kept_coverage(texts: Sequence[str], points: Sequence[int], level: float, factors: float | Array = 1.0) -> Array:
+    """Coverage over all points of several `quantiles`, of intervals widened by each factor s; to 1 % or so."""
+    widths = half_width(level) * np.atleast_1d(factors)
+    kept = [np.interp(widths, np.array(text.split(), float), QUANTILES, left=0.0) for text in texts]
+    return np.average(kept, axis=0, weights=points)
+
+
+def factor(groups: Sequence[tuple[Sequence[str], Sequence[int]]]) -> float:
+    """The s that brings the coverage of every group, at all `LEVELS`, nearest to the levels in the mean square.
+
+    A group is the `quantiles` and the numbers of points of several sets of errors.
+    """
+    misses = [(kept_coverage(*group, level, FACTORS) - level) ** 2 for group in groups for level in LEVELS]
+    return float(FACTORS[np.mean(misses, axis=0).argmin()])
 
 
 def halves(rows: Frame) -> tuple[list[str], list[str]]:
@@ -228,8 +253,9 @@ def panels(rows: Frame) -> list[Panel]:
 
 def facts(setup: Setup) -> dict[str, Any]:
     """Seed, settings of the surface, and how clouds are cleaned."""
-    gpis = {name: value for name, value in asdict(setup.settings.gpis).items() if name != "kernel"}
-    return {"seed": setup.seed, "gpis": gpis, "cleaning": setup.facts()["cleaning"]}
+    every = setup.facts()
+    every["settings"]["gpis"].pop("kernel")
+    return {"seed": setup.seed, "gpis": every["settings"]["gpis"], "cleaning": every["cleaning"]}
 
 
 STUDY = Study(

@@ -25,8 +25,7 @@ from sgnlp.planning.starts import Start, starts
 from sgnlp.program.nlp import ENERGY_UNIT
 from sgnlp.show.plots import Panel
 
-OPTIMISER, STEPS = "adamw", 1000
-"""The first-order opponent, and five times the steps that the release gives it."""
+OPTIMISER, STEPS = "adamw", 1000  # the first-order opponent, and five times the steps that the release gives it
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,7 @@ from sgnlp.experiments.studies.trials import HALVES, LOADS, Condition
 from sgnlp.perception.observation import Observation
 
 CAMERAS = 2
-FINAL = "exterior noise 0.05 m"
-"""The step that ends at the robust preset."""
+FINAL = "exterior noise 0.05 m"  # the step that ends at the robust preset
 
 
 @dataclass(frozen=True)
@@ -87,11 +86,7 @@ CONDITIONS = tuple(Condition(name, step.cameras, partial(_given, settings_of(nam
 
 
 def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:
-    """Every object in every step.
-
-    Raises:
-        InputError: the settings are not the default; they would have no effect.
-    """
+    """Every object in every step; raises `InputError` if the settings are not the default, as they have no effect."""
     if setup.settings != ROBUST:
         raise InputError("the study of the defaults has its own settings: leave out --preset and the flags of settings")
     return trials.cases(CONDITIONS, setup, observations)

@@ -21,8 +21,7 @@ from sgnlp.planning.workers import Workers, each, one_at_a_time
 from sgnlp.show.plots import Panel
 
 Key = tuple[str, ...]
-REST = 2.0
-"""Rows are written this often at most [s], and at the end: some studies have thousands of short cases."""
+REST = 2.0  # rows are written this often at most [s], and at the end: some studies have thousands of short cases
 
 
 @dataclass(frozen=True)
@@ -42,11 +41,7 @@ class Setup:
         return facts | {"settings": asdict(self.settings), "cleaning": asdict(ObservationSettings())}
 
     def observations(self) -> list[Observation]:
-        """Every cloud. They are read before any work, so that a bad file is found at once.
-
-        Raises:
-            InputError: a file cannot be read, or two clouds have the same name.
-        """
+        """Every cloud, read before any work; raises `InputError` if one is bad or two have the same name."""
         wholes = [load(file) for file in self.files]
         names = [whole.name for whole in wholes]
         if twice := [name for name in names if names.count(name) > 1]:
@@ -64,31 +59,18 @@ class Case:
 
 @dataclass(frozen=True)
 class Study:
-    """An experiment.
-
-    Attributes:
-        question: what it answers, in a line.
-        row: its rows, a dataclass of str, int, float and bool.
-        cases: the work, for a setup and its observations.
-        tables: the tables of all rows.
-        panels: the panels of the figure of all rows.
-        caption: what the figure shows.
-        facts: what the rows depend on, apart from the clouds. Rows of other facts are never mixed.
-        clouds: whether it takes clouds.
-        alone: whether its cases run one at a time, because they are timed.
-        failed: carries out again the trials that failed.
-    """
+    """An experiment: what it answers, its work, and what is made of all rows."""
 
     question: str
-    row: type[Any]
+    row: type[Any]  # a dataclass of str, int, float and bool
     cases: Callable[[Setup, Sequence[Observation]], list[Case]]
     tables: Callable[[Frame], Tables]
-    panels: Callable[[Frame], list[Panel]]
+    panels: Callable[[Frame], list[Panel]]  # of the figure
     caption: str
-    facts: Callable[[Setup], dict[str, Any]] = Setup.facts
-    clouds: bool = True
-    alone: bool = False
-    failed: Callable[[Setup, Sequence[Any]], Iterator[Any]] | None = None
+    facts: Callable[[Setup], dict[str, Any]] = Setup.facts  # what rows depend on beside clouds; others are not mixed
+    clouds: bool = True  # whether it takes clouds
+    alone: bool = False  # whether cases run one at a time, because they are timed
+    failed: Callable[[Setup, Sequence[Any]], Iterator[Any]] | None = None  # carries out failed trials again
 
 
 def body(name: str) -> str:
@@ -117,10 +99,9 @@ def over_views(
 def collect(
     kind: type[Any], cases: Sequence[Case], file: Path, workers: Workers, progress: Callable[[int, int], None]
 ) -> tuple[list[Any], dict[str, str]]:
-    """The rows of every case, in the order of the cases, and why cases failed.
+    """The rows of every case in their order, read from a file or worked out and kept in it, and why cases failed.
 
-    Rows are read from a file, or worked out and written to it as they come. `progress` is called with the number of
-    cases done and of all.
+    `progress` is called with the number of cases done and of all.
     """
     width = len(cases[0].key)
     done: dict[Key, list[Any]] = {}
@@ -128,8 +109,8 @@ def collect(
         done.setdefault(tuple(str(value) for value in astuple(row)[:width]), []).append(row)
     order = dict.fromkeys([*(case.key for case in cases), *done])
     failures: dict[str, str] = {}
-    waiting = [case for case in cases if case.key not in done]
     written = -math.inf
+    waiting = [case for case in cases if case.key not in done]
 
     def rows() -> list[Any]:
         return [row for key in order for row in done.get(key, [])]

@@ -13,8 +13,7 @@ from typing import Any
 
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
-from sgnlp.experiments.frames import Frame, Lines, pick
-from sgnlp.experiments.studies.significance import percent, sign_test, wilson
+from sgnlp.experiments.frames import Frame, Lines, percent, pick, sign_test, wilson
 from sgnlp.experiments.studies.study import Case, Setup, view_sets
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import Observation, load
@@ -30,8 +29,7 @@ LOADS = {
 }
 """Mass and friction of the true object: easy, and hard."""
 NO_PLAN = "no feasible grasp"
-HALVES = {"tuning": "tuning", "held_out": "held out"}
-"""The halves of a problem set, in files and in tables."""
+HALVES = {"tuning": "tuning", "held_out": "held out"}  # the halves of a problem set, in files and in tables
 ENDINGS = ("held", "slid", "dropped", "not lifted", "in collision", "diverged", NO_PLAN)
 
 
@@ -79,8 +77,7 @@ def cases(
 ) -> list[Case]:
     """A case for each object and condition, a trial if no other work is given; rows begin with both names.
 
-    Raises:
-        InputError: an object has no true surface or too few cameras.
+    Raises `InputError` if an object has no true surface or too few cameras.
     """
     for whole in observations:
         true_body(whole)

@@ -14,14 +14,12 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice, product
 from math import inf
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.experiments.frames import Frame, Tables, curves
+from sgnlp.experiments.frames import Frame, Tables, curves, percent
 from sgnlp.experiments.studies.planar import Demands, Finger, Stage, holds, least_torque, turn
-from sgnlp.experiments.studies.significance import percent
 from sgnlp.experiments.studies.study import Case, Setup, Study
 from sgnlp.perception.observation import Observation
 from sgnlp.show.plots import Panel
@@ -42,8 +40,7 @@ CONTACTS = {
 LINKS = (0.7, 0.7)
 FINGERS = (Finger((0.5, -1.0), LINKS, 1), Finger((1.0, 1.0), LINKS, -1), Finger((0.0, 1.0), LINKS, 1))
 POSES = 100
-WITHIN, TURNED = 0.5, np.pi / 4
-"""Poses are drawn within ± this [m], [rad] (release)."""
+WITHIN, TURNED = 0.5, np.pi / 4  # poses are drawn within ± this [m], [rad] (release)
 DEMANDS = Demands(friction=0.5, force=5.0, gains=(5.0, 200.0), stiffness=0.1)
 FARTHEST = np.array([0.3, 0.3, np.radians(30)])
 """Motions: the centroid of the contacts along x and y [m], and the object about it [rad], up to this each way."""
@@ -146,22 +143,19 @@ def rows_of(seed: int, triangle: str, configuration: str, pose: int) -> list[Row
     points = np.array(CONTACTS[triangle, configuration]) @ turn(angle).T + (x, y)
     normals = edge_normals(triangle) @ turn(angle).T
 
-    def torque(motion: Array) -> float:
-        return least_limit(way(points, normals, motion))
-
     def released(motion: Array) -> float:
         stages = way(points, normals, motion)
         return least_limit(stages and [inverted(there) for there in stages])
 
-    numbers = (x, y, np.degrees(angle), *search(torque), *search(released))
+    torque = search(lambda motion: least_limit(way(points, normals, motion)))
+    numbers = (x, y, np.degrees(angle), *torque, *search(released))
     return [Row(triangle, configuration, pose, *(round(float(number), 6) for number in numbers))]
 
 
 def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:
     """A case for each pose."""
-    return [
-        Case((*key, str(pose)), partial(rows_of, setup.seed, *key, pose)) for key in CONTACTS for pose in range(POSES)
-    ]
+    every = product(CONTACTS, range(POSES))
+    return [Case((*key, str(pose)), partial(rows_of, setup.seed, *key, pose)) for key, pose in every]
 
 
 def counts(rows: Frame, quantity: str, limit: float) -> tuple[int, int]:
@@ -202,7 +196,7 @@ def panels(rows: Frame) -> list[Panel]:
     """Share of poses that have a grasp over the limit, for each configuration."""
     from pandas import DataFrame
 
-    shown, limits = [], np.linspace(0, 8, 161).tolist()
+    shown, limits = [], np.linspace(0, 8, 161)
     for (triangle, configuration), found in configurations(rows).items():
         if len(found):
             poses = DataFrame([counts(found, "Jᵀf", limit) for limit in limits], limits, ["compliant", "direct"])
@@ -210,11 +204,6 @@ def panels(rows: Frame) -> list[Panel]:
             series = curves(100 * poses / len(found), look="line")
             shown.append(Panel(title, "limit of the joint torques [N m]", "poses [%]", series))
     return shown
-
-
-def facts(setup: Setup) -> dict[str, Any]:
-    """The seed."""
-    return {"seed": setup.seed, "poses": POSES}
 
 
 STUDY = Study(
@@ -227,6 +216,6 @@ STUDY = Study(
         "Share of the poses with a compliant grasp, and of those in force closure without any motion, over the "
         "limit of the joint torques."
     ),
-    facts=facts,
+    facts=lambda setup: {"seed": setup.seed, "poses": POSES},
     clouds=False,
 )

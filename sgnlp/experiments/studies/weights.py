@@ -12,6 +12,7 @@ from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
 from sgnlp.experiments.frames import Frame, Lines
 from sgnlp.experiments.studies import trials
+from sgnlp.experiments.studies.defaults import changed
 from sgnlp.experiments.studies.study import Case, Setup, Study, body
 from sgnlp.experiments.studies.trials import LOADS, Condition
 from sgnlp.perception.observation import Observation
@@ -37,8 +38,7 @@ PAPER_AS_SET = 0.83
 
 def scaled(name: str, factor: float, settings: Settings) -> Settings:
     """Settings with one weight scaled."""
-    weights = replace(settings.weights, **{name: factor * getattr(settings.weights, name)})
-    return replace(settings, weights=weights)
+    return changed(settings, {f"weights.{name}": factor * getattr(settings.weights, name)})
 
 
 def _condition(name: str, factor: float) -> str:
@@ -52,11 +52,7 @@ CONDITIONS = (
 
 
 def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:
-    """The three objects with every weight changed, of all clouds given.
-
-    Raises:
-        InputError: none of the clouds is of these objects.
-    """
+    """The three objects with every weight changed; raises `InputError` if no cloud is of these objects."""
     chosen = [i for i, seen in enumerate(observations) if body(seen.name) in OBJECTS]
     if not chosen:
         raise InputError(f"the study of weights takes clouds of {', '.join(OBJECTS)}, such as {OBJECTS[0]}_0")
