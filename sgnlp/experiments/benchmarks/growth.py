@@ -23,13 +23,13 @@ from sgnlp.planning.starts import starts
 SURFACE_POINTS = (100, 200, 500, 1000)  # settings of `gpis.surface_points`
 STARTS = (1, 7, 28)  # numbers of starts
 SIZES = (0.85, 1.15)  # factors between which a cloud is scaled, so that it is another object of nearly the same size
-LOOKING = 1.0  # time between two looks at the memory of a batch [s]
+LOOKING = 1.0  # time between two samples of the memory of a batch [s]
 PART = 5
 """The first and the last of this many parts of a batch are compared, the first without its start."""
 
 
 def points(bench: Bench) -> Iterator[Row]:
-    """Fit, Hessian and a start of the first object with ever more training points."""
+    """Fit, Hessian and a start of the first object with more and more training points."""
     for count in SURFACE_POINTS:
         settings = replace(bench.settings, gpis=replace(bench.settings.gpis, surface_points=count))
         fit = partial(pose, bench.observations[0], bench.hand, settings, bench.seed)
@@ -46,14 +46,14 @@ def points(bench: Bench) -> Iterator[Row]:
 
 
 def count_starts(bench: Bench) -> Iterator[Row]:
-    """`sgnlp.solve` of the first object with ever more starts."""
+    """`sgnlp.solve` of the first object with more and more starts."""
     for count in STARTS:
         times = cold_times(partial(planned, bench, bench.observations[0], count), bench.repeats)
         yield timing(f"{count} starts", "s", times, f"sgnlp.solve, {bench.jobs} jobs")
 
 
 def objects(bench: Bench) -> Iterator[Row]:
-    """`sgnlp.solve` of one object after another in this process, ever more of them."""
+    """`sgnlp.solve` of one object after another in this process, for more and more objects."""
     for count in (2**i for i in range(len(bench.observations).bit_length())):
         each = [partial(planned, bench, seen, bench.starts) for seen in bench.observations[:count]]
         times = cold_times(lambda each=each: [task() for task in each], bench.repeats)  # type: ignore[misc]
@@ -91,6 +91,6 @@ def variations(observations: Sequence[Observation], count: int, seed: int, folde
 
 
 def parts(course: Sequence[float]) -> dict[str, list[float]]:
-    """Looks at the memory early in the run and late in it."""
+    """Samples of the memory early and late in the run."""
     size = max(1, len(course) // PART)
     return {"early": list(course[size : 2 * size]) or list(course), "late": list(course[-size:])}

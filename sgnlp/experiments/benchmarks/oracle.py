@@ -26,7 +26,7 @@ FLOPS = {"values": (1, 25), "derivatives": (4, 70)}
 """Flops of a variance over N², and of a mean over N.
 
 A trial point of a line search needs values: N² flops for each of the V variances and 25 N for each of the Q means. An
-accepted point needs the derivatives too: another 4 N² and 70 N. So they are counted, whatever is executed.
+accepted point needs the derivatives too: another 4 N² and 70 N. These flops are counted, whatever the code executes.
 """
 SQUARE = 1000  # rows of the matrices whose product gives the peak
 

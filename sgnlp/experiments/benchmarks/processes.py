@@ -14,7 +14,7 @@ from unittest.mock import patch
 
 T = TypeVar("T")
 
-SAMPLING = 0.02  # time between two looks at the memory [s]
+SAMPLING = 0.02  # time between two samples of the memory [s]
 COMMAND = (sys.executable, "-c", "from sgnlp.cli import main; main()")  # the command `sgnlp`
 
 
@@ -41,9 +41,9 @@ def command(arguments: Sequence[str]) -> None:
 
 
 def memory_course(arguments: Sequence[str], every: float = SAMPLING) -> list[float]:
-    """Memory [MB] of the command `sgnlp` and all its workers, looked at `every` so many seconds until it ends.
+    """Memory [MB] of the command `sgnlp` and all its workers, sampled every `every` seconds until it ends.
 
-    What the processes share is counted once, as the largest of their shared parts: workers are forked.
+    Workers are forked, so shared memory is counted once: as the largest shared part of a process.
     """
     null, pipe = subprocess.DEVNULL, subprocess.PIPE
     process, course = subprocess.Popen([*COMMAND, *arguments], stdout=null, stderr=pipe, encoding="utf-8"), []

@@ -36,7 +36,10 @@ EVERY = "all"  # in the place of the solvers' names
 
 @dataclass(kw_only=True)
 class Compare(Collecting):
-    """Compare solvers on the same problems from the same starts; run again, it goes on where it ended."""
+    """Compare solvers on the same problems from the same starts; run again, it goes on where it ended.
+
+    It needs pandas: pip install 'sgnlp[experiments]'.
+    """
 
     valid: ClassVar[dict[str, Interval]] = Starting.valid | {"time_limit": POSITIVE, "repeats": POSITIVE}
 

@@ -33,7 +33,10 @@ QUESTIONS = "; ".join(f"{name}: {study.question}" for name, study in STUDIES.ite
 
 @dataclass(kw_only=True)
 class Study(Collecting):
-    """Run an experiment and write its tables, raw rows and figure; run again, it goes on where it ended."""
+    """Run an experiment and write its tables, raw rows and figure; run again, it goes on where it ended.
+
+    It needs pandas: pip install 'sgnlp[experiments]'.
+    """
 
     valid: ClassVar[dict[str, Interval]] = Starting.valid | {"timeout": POSITIVE}
 

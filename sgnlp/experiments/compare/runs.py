@@ -23,7 +23,7 @@ from sgnlp.planning.solvers.multipliers import best_residuals
 from sgnlp.planning.solvers.process import Send, apart, spend
 from sgnlp.program.nlp import ENERGY_UNIT
 
-GRACE = 1.5  # the kernel ends a process at so many times its limit, if it has not stopped by itself at the limit
+GRACE = 1.5  # times its limit the kernel ends a process that has not stopped by itself at the limit
 TRACED = 0
 """The start whose way is kept; the residuals of every way would take longer than the solvers."""
 TRACE_POINTS = 16  # points kept of a way, even in the logarithm of time

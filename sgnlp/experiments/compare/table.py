@@ -13,7 +13,7 @@ from sgnlp.planning.solvers.meter import CALLS
 SAME = 1e-3  # energies that differ by less, relative to the larger or absolute, are of the same local optimum
 DECREASE = 1e-3  # τ of Moré & Wild's test of convergence, f(x₀) - f(x) ≥ (1 - τ)(f(x₀) - f_best)
 ADMISSIBLE = 1e-3  # largest violation at a point whose energy counts
-INSTANCE = ["object", "formulation", "start"]  # what all solvers are given alike
+INSTANCE = ["object", "formulation", "start"]  # what is the same for all solvers
 RUN = [*INSTANCE, "solver"]
 SHIFT = 0.1  # shift of the geometric mean [s]: differences below it hardly count; Ipopt takes about as long here
 

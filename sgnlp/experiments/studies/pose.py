@@ -5,7 +5,6 @@ where the object was given until rest, with E_pose and without. The plan knows t
 by m g/Σk.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from math import hypot, nan
@@ -18,6 +17,7 @@ from sgnlp.base.presets import VARIANTS
 from sgnlp.base.settings import Settings
 from sgnlp.experiments.frames import Frame, Lines, Tables, lines
 from sgnlp.experiments.studies import trials
+from sgnlp.experiments.studies.defaults import changed
 from sgnlp.experiments.studies.study import Setup, Study
 from sgnlp.experiments.studies.trials import LOADS, NO_PLAN, Condition
 from sgnlp.perception.synthetic.meshes import Mesh
@@ -31,15 +31,15 @@ CAMERAS = 3
 LIGHT = next(iter(LOADS))
 
 
-def _carried(change: Callable[[Settings], Settings]) -> Callable[[Settings], Settings]:
-    """A change of the settings that plans for the mass that is simulated, too."""
-    return lambda s: change(replace(s, contact=replace(s.contact, mass=LOADS[LIGHT].mass)))
+def _carried(settings: Settings) -> Settings:
+    """Settings with the mass that is simulated."""
+    return changed(settings, {"contact.mass": LOADS[LIGHT].mass})
 
 
 WITH, WITHOUT = "E_pose", "without"
 CONDITIONS = (
-    Condition(WITH, CAMERAS, _carried(VARIANTS["lift"])),
-    Condition(WITHOUT, CAMERAS, _carried(lambda settings: settings)),
+    Condition(WITH, CAMERAS, lambda settings: VARIANTS["lift"](_carried(settings))),
+    Condition(WITHOUT, CAMERAS, _carried),
 )
 
 

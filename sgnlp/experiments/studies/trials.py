@@ -42,6 +42,9 @@ class Condition:
     change: Callable[[Settings], Settings] = lambda settings: settings
 
 
+Work = Callable[[Setup, Path, Condition, list[str]], list[Any]]
+
+
 @dataclass(frozen=True)
 class Row:
     """The first choice for one object in one condition under one load. Lengths in mm, force in N."""
@@ -70,10 +73,7 @@ class Row:
 
 
 def cases(
-    conditions: Sequence[Condition],
-    setup: Setup,
-    observations: Sequence[Observation],
-    work: Callable[[Setup, Path, Condition, list[str]], list[Any]] | None = None,
+    conditions: Sequence[Condition], setup: Setup, observations: Sequence[Observation], work: Work | None = None
 ) -> list[Case]:
     """A case for each object and condition, a trial if no other work is given; rows begin with both names.
 
