@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from sgnlp.experiments.benchmarks.measure import Row
+from sgnlp.experiments.frames import Frame, frame
 from sgnlp.experiments.studies import calibration, comparison, convergence, trials, triangles
 from sgnlp.experiments.studies.trials import LOADS
 from sgnlp.planning import results
@@ -31,7 +32,7 @@ def sentence(words: str) -> bool:
 
 
 def test_success_is_that_of_the_held_out_trials():
-    tried = rows("comparison", trials.Row)
+    tried = frame(rows("comparison", trials.Row))
     expected = [
         [trials.success(trials.of(tried, condition.name, load, "held_out")) for load in LOADS]
         for condition in comparison.CONDITIONS
@@ -82,8 +83,8 @@ def test_factors_on_the_deviation_are_those_of_the_calibration():
         assert cells == [*expected[:-1], f"{expected[-1]} mm"]
 
 
-def calibrated() -> list[calibration.Row]:
-    return rows("calibration", calibration.Row)
+def calibrated() -> Frame:
+    return frame(rows("calibration", calibration.Row))
 
 
 def test_what_is_said_of_the_intervals_as_set_is_so():
@@ -103,7 +104,7 @@ def test_what_is_said_of_the_intervals_as_set_is_so():
 
 
 def test_what_is_said_of_convergence_is_so():
-    line = convergence.table(rows("convergence", convergence.Row))[-1]
+    line = convergence.table(frame(rows("convergence", convergence.Row)))[-1]
     solved, feasible, starts = line["solved"], line["feasible"], line["starts"]
     assert sentence(f"{solved} of {starts} solved, {feasible} feasible with every check recomputed")
     below, met, anywhere = line["below AdamW there"], line["AdamW meets the rows"], line["below AdamW anywhere"]
@@ -113,7 +114,7 @@ def test_what_is_said_of_convergence_is_so():
 
 def test_the_planar_experiment_is_that_of_its_rows():
     kind = triangles.STUDY.row
-    lines = next(iter(triangles.tables(rows("triangles", kind)).values()))
+    lines = next(iter(triangles.tables(frame(rows("triangles", kind))).values()))
     found = {(line["limit on"], line["limit [N m]"]): list(line.values())[3:6] for line in lines}
     keys = [*(("Jᵀf", limit) for limit in ("3", "3.5", "4", "5", "7")), ("J⁻¹f", "12")]
     written = [[a, b, c.replace(" %", "")] for _, a, b, c, _ in table("| | compliant | direct | direct of compliant |")]

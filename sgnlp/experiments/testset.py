@@ -1,6 +1,7 @@
 """Nonlinear programs of problems for whoever has only CasADi: functions, bounds, a start, the best known point."""
 
-from dataclasses import asdict, dataclass, replace
+from copy import copy
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,19 +13,17 @@ from pinocchio.liegroups import SE3
 from sgnlp.experiments import load_nlp
 from sgnlp.hand.kinematics import integrate
 from sgnlp.planning import results
-from sgnlp.planning.ipopt import Iterate, Planner, schedule
+from sgnlp.planning.ipopt import Planner
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.starts import Start, initial
 from sgnlp.planning.warm_start import handed_over
 from sgnlp.program.compiled import program
 from sgnlp.program.nlp import variable_units
-from sgnlp.program.oracle import Oracle
 from sgnlp.program.standalone import functions
 
 Array = NDArray[np.float64]
 
-FEASIBLE = 1e-6
-"""Largest violation of a bound, in the scaled variables and rows, of a point that counts as known."""
+FEASIBLE = 1e-6  # largest violation of a bound, in the scaled variables and rows, of a point that counts as known
 
 
 @dataclass(frozen=True)
@@ -59,8 +58,7 @@ class Exported:
     def write(self, folder: Path) -> None:
         """Write the functions, `nlp.npz`, `about.json` and the loader `load.py` into a folder.
 
-        Raises:
-            InputError: the folder cannot be written.
+        Raises `InputError`: the folder cannot be written.
         """
         results.write_arrays(folder / "nlp.npz", self.arrays)
         for name, function in self.functions.items():
@@ -79,57 +77,48 @@ def export(name: str, problem: Problem, starts: list[Start], index: int, seed: i
     nlp = program(problem.hand, oracle.nlp.structure, compiled=False)  # compiled functions cannot be written
     p = problem.parameters(nlp, start.wrist, start.joints)
     x_bounds, g_bounds = problem.variable_bounds(nlp, start.joints), problem.row_bounds(nlp)
-    x0 = np.clip(_first(problem, start, oracle, p, g_bounds), *x_bounds)
-    found = [(s, planner.solve(s)) for s in starts]
-    points = [(_seen_from(problem, start, s, iterate.x), s, iterate) for s, iterate in found]
-    known = [(_residual(oracle, x, p, x_bounds, g_bounds), x, s, iterate) for x, s, iterate in points]
-    residual, x, s, iterate = min(known, key=lambda k: _rank(k[0], float(oracle.objective(k[1], p))))
+    x0 = np.clip(handed_over(oracle, _before_last(planner, start), p, g_bounds), *x_bounds)
+    ends = []
+    for other in starts:
+        iterate = planner.solve(other)
+        x = _seen_from(problem, start, other, iterate.x)
+        residual = max(_off(x, x_bounds), _off(oracle.values(x, p), g_bounds))
+        objective = float(oracle.objective(x, p))
+        ends.append(((residual > FEASIBLE, objective if residual <= FEASIBLE else residual), x, other, iterate))
+    _, x, best, iterate = min(ends, key=lambda end: end[0])
     written = functions(nlp, problem.gpis, p)
-    names = {"variable_names": np.array(nlp.variable_names), "row_names": np.array(nlp.row_names)}
-    bounds = dict(zip(("lbx", "ubx", "lbg", "ubg"), (*x_bounds, *g_bounds), strict=True))
-    entry = _entry(name, written, problem, oracle, (start, s, iterate), (x0, x, p), residual, seed)
-    return Exported(entry, written, {"x0": x0, "x_best": x, **bounds, "units": nlp.units, **names})
-
-
-def _entry(
-    name: str,
-    written: dict[str, ca.Function],
-    problem: Problem,
-    oracle: Oracle,
-    ends: tuple[Start, Start, Iterate],
-    points: tuple[Array, Array, Array],
-    residual: float,
-    seed: int,
-) -> Entry:
-    start, best, iterate = ends
-    x0, x, p = points
-    return Entry(
+    entry = Entry(
         name=name,
-        formulation=oracle.nlp.structure.formulation,
+        formulation=nlp.structure.formulation,
         start=start.index,
         variables=len(x),
-        rows=sum(oracle.nlp.row_sizes),
+        rows=sum(nlp.row_sizes),
         jacobian_nonzeros=written["jacobian"].nnz_out("jac_g_x"),
         hessian_nonzeros=written["hessian"].nnz_out(0),
         surface_points=len(problem.gpis.X),
         initial=float(oracle.objective(x0, p)),
         best=float(oracle.objective(x, p)),
-        residual=residual,
+        residual=max(_off(x, x_bounds), _off(oracle.values(x, p), g_bounds)),
         solver=f"ipopt {iterate.status}",
         best_start=best.index,
         seed=seed,
         iterations=iterate.iterations,
     )
+    names = {"variable_names": np.array(nlp.variable_names), "row_names": np.array(nlp.row_names)}
+    bounds = dict(zip(("lbx", "ubx", "lbg", "ubg"), (*x_bounds, *g_bounds), strict=True))
+    return Exported(entry, written, {"x0": x0, "x_best": x, **bounds, "units": nlp.units, **names})
 
 
-def _first(problem: Problem, start: Start, oracle: Oracle, p: Array, g_bounds: tuple[Array, Array]) -> Array:
+def _before_last(planner: Planner, start: Start) -> Array:
     """Where the last phase begins: at the start, or where the phase before it ends."""
-    x = initial(oracle.nlp, start)
-    solver = problem.settings.solver
-    for _, iterations in schedule(solver)[:-1]:
-        first = replace(solver, formulation="penalty", max_iterations=iterations)
-        x = Planner(replace(problem, settings=replace(problem.settings, solver=first))).solve(start).x
-    return handed_over(oracle, x, p, g_bounds)
+    before = copy(planner)
+    before.phases = planner.phases[:-1]
+    return before.solve(start).x if before.phases else initial(planner.phases[-1].oracle.nlp, start)
+
+
+def _off(values: Array, bounds: tuple[Array, Array]) -> float:
+    """The largest violation of a bound."""
+    return float(np.abs(values - np.clip(values, *bounds)).max())
 
 
 def _seen_from(problem: Problem, start: Start, other: Start, x: Array) -> Array:
@@ -140,16 +129,3 @@ def _seen_from(problem: Problem, start: Start, other: Start, x: Array) -> Array:
     wrist, joints = integrate(problem.hand, other.wrist, other.joints, (x[: len(units)] * units)[:n])
     v = np.concatenate([SE3().difference(start.wrist, wrist), joints - start.joints])
     return np.concatenate([v / units[:n], x[n:]])
-
-
-def _residual(
-    oracle: Oracle, x: Array, p: Array, x_bounds: tuple[Array, Array], g_bounds: tuple[Array, Array]
-) -> float:
-    g = oracle.values(x, p)
-    return float(max(np.abs(x - np.clip(x, *x_bounds)).max(), np.abs(g - np.clip(g, *g_bounds)).max()))
-
-
-def _rank(residual: float, objective: float) -> tuple[bool, float]:
-    """Feasible points by their objective, then the others by how far they are from it."""
-    feasible = residual <= FEASIBLE
-    return not feasible, objective if feasible else residual

@@ -8,9 +8,25 @@ from scenes import observation
 
 from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST
+from sgnlp.experiments.frames import frame
 from sgnlp.experiments.studies import calibration
-from sgnlp.experiments.studies.calibration import PAD, Row, Truth, body, factor_table, halves, panels, tables, truth
-from sgnlp.experiments.studies.coverage import LEVELS, coverage, factor, half_width, kept_coverage, quantiles
+from sgnlp.experiments.studies.calibration import (
+    LEVELS,
+    PAD,
+    Row,
+    Truth,
+    body,
+    coverage,
+    factor,
+    factor_table,
+    half_width,
+    halves,
+    kept_coverage,
+    panels,
+    quantiles,
+    tables,
+    truth,
+)
 from sgnlp.surface.gpis import fit
 from sgnlp.surface.training import training_set
 
@@ -93,18 +109,18 @@ def test_errors_are_measured_from_the_truth_on_each_side():
 def test_poses_of_one_body_stay_in_one_half():
     rows = [row(name=name) for name in ("mug_1", "can_0", "mug_0", "lego_block", "can_3", "pear")]
     assert [body(name) for name in ("mug_12", "lego_block", "mug", "_3")] == ["mug", "lego_block", "mug", "_3"]
-    assert halves(rows) == (["can", "mug"], ["lego_block", "pear"])
+    assert halves(frame(rows)) == (["can", "mug"], ["lego_block", "pear"])
 
 
 def test_a_factor_fitted_on_one_half_is_judged_on_the_other():
     rows = [row(side, name, scale) for side in ("seen", "unseen") for name, scale in (("a", 0.5), ("b", 0.5))]
-    (line,) = factor_table(rows)
+    (line,) = factor_table(frame(rows))
     assert float(line["factor"]) == pytest.approx(0.5, abs=0.02)
     assert [float(share) for share in line["seen: within 50, 90, 95 %"].split(", ")] == pytest.approx(
         [50, 90, 95], abs=2
     )
     rows = [row(side, name, scale) for side in ("seen", "unseen") for name, scale in (("a", 0.5), ("b", 1.0))]
-    (line,) = factor_table(rows)
+    (line,) = factor_table(frame(rows))
     assert float(line["factor"]) == pytest.approx(0.5, abs=0.02)  # of a, whatever b is
     assert float(line["other half's"]) == pytest.approx(1, abs=0.03)
     assert [float(share) for share in line["unseen: within 50, 90, 95 %"].split(", ")] == pytest.approx(
@@ -120,15 +136,19 @@ def test_the_best_length_is_that_of_least_error_where_the_factor_is_fitted():
         for name in ("a", "b")
     ]
     rows = [replace(r, error_mm=9.0) if (r.object, r.length) == ("b", 0.5) else r for r in rows]
-    assert [(line["length"], line["best"]) for line in factor_table(rows)] == [("1", ""), ("0.5", "yes"), ("0.25", "")]
+    assert [(line["length"], line["best"]) for line in factor_table(frame(rows))] == [
+        ("1", ""),
+        ("0.5", "yes"),
+        ("0.25", ""),
+    ]
 
 
 def test_the_tables_need_two_bodies_for_a_factor_and_the_figure_shows_each_side():
     rows = [row(side, kernel=kernel) for side in ("seen", "unseen") for kernel in ("thin_plate", "matern52")]
-    found = tables(rows)
+    found = tables(frame(rows))
     assert len(found) == 1
     (lines,) = found.values()
     assert [line["within 50 %"] for line in lines] == ["50"] * 4
     both = [row(s, kernel=k) for s in ("seen", "unseen") for k in calibration.KERNELS]
-    assert [panel.title for panel in panels(both)] == ["seen, on the surface", "unseen, on the surface"]
-    assert panels(both)[0].series[0].y[5] == pytest.approx(50, abs=1)
+    assert [panel.title for panel in panels(frame(both))] == ["seen, on the surface", "unseen, on the surface"]
+    assert panels(frame(both))[0].series[0].y[5] == pytest.approx(50, abs=1)

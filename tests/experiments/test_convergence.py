@@ -7,8 +7,9 @@ import pytest
 from processes import hang
 from scenes import SMALL, hand, observation
 
+from sgnlp.experiments.frames import frame
 from sgnlp.experiments.studies import convergence
-from sgnlp.experiments.studies.convergence import Row, case, panels, table
+from sgnlp.experiments.studies.convergence import Row, case, judged, panels, table
 from sgnlp.planning import results
 
 GOOD = Row("mug", "a b", 0, True, True, 0.1, 1e-8, 60, 1.5, "Solve_Succeeded", -30.0, True, 40, -20.0, -20.0)
@@ -22,26 +23,23 @@ def rows(*changes: dict) -> list[Row]:
 
 
 def test_a_row_is_lower_only_where_ipopt_is_below_the_first_order_energy():
-    assert GOOD.lower
-    assert not replace(GOOD, penalty_energy=-20.0).lower
-    assert not replace(GOOD, penalty_energy=-19.0).lower
-    assert not FAILED.lower
+    ends = [GOOD, replace(GOOD, penalty_energy=-20.0), replace(GOOD, penalty_energy=-19.0), FAILED]
+    assert list(judged(frame(ends)).below) == [True, False, False, False]
 
 
 def test_a_first_order_point_off_the_bounds_counts_only_in_its_own_column():
     off = replace(GOOD, first_order_anywhere=-1e3)
-    assert off.lower
-    assert not off.lower_than_anywhere
-    assert not replace(GOOD, first_order_energy=float("inf")).lower  # nothing to be compared with
-    line = table([GOOD, off])[0]
+    never = replace(GOOD, first_order_energy=float("inf"))  # nothing to be compared with
+    found = judged(frame([off, never]))
+    assert list(zip(found.below, found.below_anywhere, strict=True)) == [(True, False), (False, True)]
+    line = table(frame([GOOD, off]))[0]
     assert (line["below AdamW there"], line["below AdamW anywhere"]) == ("2", "1")
 
 
 def test_the_table_counts_each_case_and_all_of_them():
-    lines = table(
-        rows({}, {"solved": False, "feasible": False}, {"feasible": False, "iterations": 90, "seconds": 3.0})
-        + rows({"view_names": "c", "penalty_solved": False}, {"view_names": "c", "penalty_energy": 0.0})
-    )
+    found = rows({}, {"solved": False, "feasible": False}, {"feasible": False, "iterations": 90, "seconds": 3.0})
+    found += rows({"view_names": "c", "penalty_solved": False}, {"view_names": "c", "penalty_energy": 0.0})
+    lines = table(frame(found))
     assert [(line["object"], line["views"]) for line in lines] == [("mug", "a b"), ("mug", "c"), ("all", "")]
     assert lines[0] == {
         "object": "mug",
@@ -61,12 +59,12 @@ def test_the_table_counts_each_case_and_all_of_them():
 
 
 def test_objects_of_the_same_views_are_cases_of_their_own():
-    lines = table([GOOD, replace(GOOD, object="can")])
+    lines = table(frame([GOOD, replace(GOOD, object="can")]))
     assert [line["object"] for line in lines] == ["mug", "can", "all"]
 
 
 def test_a_failed_start_is_counted_among_the_starts_and_in_nothing_else():
-    line = table([GOOD, FAILED, FAILED])[0]
+    line = table(frame([GOOD, FAILED, FAILED]))[0]
     assert line["starts"] == "3"
     assert {line[key] for key in ("solved", "feasible", "penalty solved", "below AdamW there")} == {"1"}
 
@@ -74,13 +72,13 @@ def test_a_failed_start_is_counted_among_the_starts_and_in_nothing_else():
 @pytest.mark.parametrize("order", [(0, 1, 2), (1, 0, 2), (0, 2, 1)])
 def test_the_medians_are_those_of_the_starts_that_gave_a_solution(order):
     several = [GOOD, FAILED, replace(GOOD, start=2, iterations=80, seconds=2.5)]
-    line = table([several[i] for i in order])[0]
+    line = table(frame([several[i] for i in order]))[0]
     assert line["median time [s]"] == "2.00"
     assert float(line["median iterations"]) == 70
 
 
 def test_a_case_of_nothing_but_failures_still_has_its_line():
-    line = table([FAILED, FAILED])[0]
+    line = table(frame([FAILED, FAILED]))[0]
     assert (line["starts"], line["solved"]) == ("2", "0")
 
 
@@ -93,7 +91,7 @@ def test_a_real_case_has_a_row_for_every_start(monkeypatch):
         assert row.solved
         assert row.feasible
         assert row.penalty_solved
-        assert row.lower  # three steps of AdamW lead nowhere
+        assert row.penalty_energy < row.first_order_energy  # three steps of AdamW lead nowhere
         assert min(row.iterations, row.penalty_iterations) > 5
         assert row.seconds > 0
 
@@ -115,7 +113,7 @@ def test_rows_of_failures_survive_the_file(tmp_path):
 
 
 def test_the_figure_shows_the_shares_by_number_of_cameras():
-    (panel,) = panels(rows({}, {"feasible": False}) + rows({"view_names": "c"}, {"view_names": "c"}))
+    (panel,) = panels(frame(rows({}, {"feasible": False}) + rows({"view_names": "c"}, {"view_names": "c"})))
     assert panel.bars
     assert list(panel.series[0].x) == [1, 2]
     assert list(panel.series[0].y) == [100.0, 50.0]

@@ -8,6 +8,7 @@ from test_trials import HEAVY, LIGHT, row
 
 from sgnlp.base.errors import InputError
 from sgnlp.base.presets import PAPER, ROBUST, VARIANTS
+from sgnlp.experiments.frames import frame
 from sgnlp.experiments.studies import defaults
 from sgnlp.experiments.studies.defaults import FINAL, STEPS, settings_of
 from sgnlp.experiments.studies.study import Setup
@@ -73,7 +74,7 @@ def test_a_gain_is_over_the_step_before_on_the_objects_that_have_both():
         for name, values in scores.items()
         for i, score in enumerate(values)
     ]
-    first, second = defaults.table(LIGHT, rows)
+    first, second = defaults.table(LIGHT, frame(rows))
     assert (first["gain, tuning"], second["gain, tuning"]) == ("-", "+75")
     assert (second["tuning"].split()[0], second["held out"]) == ("100", "-")
     assert second["gain, held out"] == "-"
@@ -82,9 +83,9 @@ def test_a_gain_is_over_the_step_before_on_the_objects_that_have_both():
 
 def test_the_tables_have_both_loads_the_endings_and_what_the_steps_are():
     rows = [row(condition=FINAL), row(condition=FINAL, load=HEAVY, score=0.0, ending="dropped")]
-    found = defaults.tables(rows)
+    found = defaults.tables(frame(rows))
     success = [lines for title, lines in found.items() if title.startswith("Success")]
     assert [lines[0]["held out"].split()[0] for lines in success] == ["100", "0"]
     assert len(found["Steps"]) == len(STEPS)
     assert {line["settings"] for line in found["Steps"]} >= {"contact.mass = 0.3", "contact.friction = 0.5"}
-    assert len(defaults.panels(rows)) == 2
+    assert len(defaults.STUDY.panels(frame(rows))) == 2

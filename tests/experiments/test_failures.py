@@ -12,6 +12,7 @@ from test_trials import HEAVY, row, setup
 
 from sgnlp.base.presets import ROBUST
 from sgnlp.experiments.cli import failures as page
+from sgnlp.experiments.frames import frame
 from sgnlp.experiments.studies import comparison, failures
 from sgnlp.experiments.studies.failures import Failed
 from sgnlp.experiments.studies.study import Setup
@@ -59,7 +60,7 @@ def test_the_name_of_a_failure_is_fit_for_a_file():
 def test_only_plain_conditions_of_the_held_out_half_are_looked_at():
     rows = [row(score=0.0), row(), row(score=0.5), row(score=0.0, half="tuning")]
     rows += [row(score=0.0, condition="bilevel low, 2 views")]
-    assert comparison.failed(rows) == [rows[0], rows[2]]
+    assert list(comparison.failed(frame(rows)).index) == [0, 2]
 
 
 def test_a_trial_carried_out_again_measures_the_surface_at_the_contacts():

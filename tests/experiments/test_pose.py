@@ -1,7 +1,6 @@
 """The study of E_pose: which motion is meant, for which mass is planned, and what the tables say."""
 
 from dataclasses import replace
-from math import nan
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +8,7 @@ import pytest
 from scenes import SMALL, random_rotation
 
 from sgnlp.base.presets import ROBUST
+from sgnlp.experiments.frames import frame
 from sgnlp.experiments.studies import pose, trials
 from sgnlp.experiments.studies.pose import WITH, WITHOUT, Row
 from sgnlp.experiments.studies.study import Setup
@@ -16,7 +16,7 @@ from sgnlp.experiments.studies.trials import LOADS, NO_PLAN
 from sgnlp.perception.observation import load
 
 CAN = Path(__file__).parents[2] / "problems" / "can_1.npz"
-FAILED = Row("can_2", WITH, 0, NO_PLAN, nan, nan, nan, nan, nan)
+FAILED = Row("can_2", WITH, 0)
 
 
 def test_the_motion_is_that_of_the_point_and_not_of_the_origin():
@@ -33,7 +33,7 @@ def test_both_conditions_plan_for_the_mass_that_is_simulated():
 
 
 def test_every_object_is_grasped_with_and_without():
-    cases = pose.cases(Setup((CAN,), "allegro_left", SMALL, 1, 0, 60.0), [load(CAN)])
+    cases = pose.STUDY.cases(Setup((CAN,), "allegro_left", SMALL, 1, 0, 60.0), [load(CAN)])
     assert [case.key for case in cases] == [("can_1", WITH), ("can_1", WITHOUT)]
 
 
@@ -56,7 +56,6 @@ def test_an_object_that_is_to_rise_is_planned_to_and_its_motion_is_simulated(mon
     shift = 1e3 * (outcome.closing.rotation @ centre + outcome.closing.translation - centre)
     assert (row.rise, row.drift) == pytest.approx((shift[2], np.hypot(*shift[:2])))
     assert 0 < row.rise < 20
-    assert row.error == pytest.approx(shift[2] - row.planned_rise)
 
 
 def test_a_plan_without_a_feasible_grasp_stays_in_the_table():
@@ -71,13 +70,13 @@ def test_a_plan_without_a_feasible_grasp_stays_in_the_table():
 def test_means_are_over_what_was_simulated_and_count_the_rest():
     held = Row("can_1", WITH, 7, "held", 9.0, 1.0, 6.0, 2.0, 0.5)
     rows = [held, replace(held, object="pear_0", planned_rise=11.0, rise=12.0), FAILED]
-    line, without = pose.means(rows)
+    line, without = pose.means(frame(rows))
     assert (line["objects"], without["objects"]) == ("2 of 3", "0 of 0")
     assert (line["planned rise [mm]"], line["simulated rise [mm]"], line["|error| [mm]"]) == ("10.0", "9.0", "2.0")
     assert without["|error| [mm]"] == "-"
-    by_object = {line["object"]: line for line in pose.by_object(rows)}
+    by_object = {line["object"]: line for line in pose.by_object(frame(rows))}
     assert (by_object["can_1"][f"{WITH}: planned"], by_object["can_1"][f"{WITH}: simulated"]) == ("9.0", "6.0")
     assert by_object["can_2"][f"{WITH}: ending"] == NO_PLAN
     assert by_object["can_1"][f"{WITHOUT}: ending"] == "-"
-    (panel,) = pose.panels(rows)
+    (panel,) = pose.panels(frame(rows))
     assert list(panel.series[0].y) == [6.0, 12.0]

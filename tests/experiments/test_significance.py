@@ -4,7 +4,7 @@ from math import comb
 
 import pytest
 
-from sgnlp.experiments.studies.significance import percent, sign_test, wilson
+from sgnlp.experiments.frames import percent, sign_test, wilson
 
 
 def test_wilsons_interval_is_that_of_the_literature():

@@ -42,7 +42,7 @@ TOY = Study(
     question="how many rows are there?",
     row=Row,
     cases=partial(over_views, work),
-    tables=lambda rows: {"Rows [1]": [{"rows": str(len(rows)), "sum [m]": f"{sum(row.value for row in rows):g}"}]},
+    tables=lambda rows: {"Rows [1]": [{"rows": str(len(rows)), "sum [m]": f"{rows.value.sum():g}"}]},
     panels=lambda rows: [Panel("values", "row", "value", (Series("all", [0, 1], [0.0, 1.0]),))],
     caption="All values.",
 )
@@ -224,6 +224,18 @@ def test_rows_of_another_study_are_refused(tmp_path, toy, capfd):
     (out / "rows.csv").write_text("object,other\nmug,1\n", encoding="utf-8")
     assert study(toy, cloud(tmp_path, "one"), "--out", out) == 3
     assert "does not hold rows of this study" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("command", [("study", "convergence", "one.npz"), ("compare", "one.npz")])
+def test_without_pandas_a_study_is_refused_before_any_work_and_the_extra_is_named(
+    command, tmp_path, monkeypatch, capfd
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    cloud(tmp_path, "one")
+    assert run([*command, "--out", "out"]) == 3
+    assert capfd.readouterr().err == ("error: studies and comparisons need pandas: pip install 'sgnlp[experiments]'\n")
+    assert not (tmp_path / "out").exists()
 
 
 def test_without_matplotlib_a_study_says_that_there_is_no_figure(tmp_path, toy, monkeypatch, capfd):

@@ -4,10 +4,9 @@ from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
-import pytest
-
 from sgnlp import cli
 from sgnlp.base.presets import ROBUST
+from sgnlp.experiments.frames import frame
 from sgnlp.experiments.studies import STUDIES, timing
 from sgnlp.experiments.studies.study import Setup
 from sgnlp.experiments.studies.timing import PAPER, Row
@@ -45,11 +44,11 @@ def test_the_first_plan_which_builds_the_functions_is_not_timed(monkeypatch):
     assert [(row.object, row.starts, row.repeat, row.feasible) for row in found] == [
         ("can_1", 7, i, 6) for i in range(3)
     ]
-    assert [row.seconds for row in found] == [2.5, 3.5, 4.5]
+    assert [(row.fit, row.solve) for row in found] == [(0.5, 2.0), (0.5, 3.0), (0.5, 4.0)]
 
 
 def test_an_object_counts_by_the_median_of_its_repeats():
-    (line,) = timing.table([*rows("a", 1, 2, 9), *rows("b", 4, 3, 4), *rows("c", 6, 6, 0)])
+    (line,) = timing.table(frame([*rows("a", 1, 2, 9), *rows("b", 4, 3, 4), *rows("c", 6, 6, 0)]))
     assert line["condition"] == "ours (7)"
     assert (line["objects"], line["median [s]"], line["range [s]"]) == ("3", "4.00", "2.00-6.00")
     assert line["quartiles [s]"] == "3.00-5.00"
@@ -60,7 +59,7 @@ def test_an_object_counts_by_the_median_of_its_repeats():
 
 def test_the_papers_times_stand_beside_the_same_number_of_starts_only():
     found = [row for name, count in [*PAPER, ("ours", 3)] for row in rows("a", 1.0, condition=name, starts=count)]
-    lines = {line["condition"]: line["paper [s]"] for line in timing.table(found)}
+    lines = {line["condition"]: line["paper [s]"] for line in timing.table(frame(found))}
     assert lines == {
         "ours (7)": "15.58",
         "bilevel (7)": "34.97",
@@ -68,7 +67,7 @@ def test_the_papers_times_stand_beside_the_same_number_of_starts_only():
         "ours (1)": "7.02",
         "bilevel (1)": "9.17",
     }
-    (panel,) = timing.panels(found)
+    (panel,) = timing.panels(frame(found))
     assert [series.label for series in panel.series] == ["here", "paper, i7-13700K"]
 
 
@@ -82,14 +81,9 @@ def test_cases_that_are_timed_run_one_at_a_time(monkeypatch, tmp_path):
         def close(self):
             pass
 
-    monkeypatch.setattr("sgnlp.experiments.cli.study.Workers", Workers)
-    monkeypatch.setattr("sgnlp.experiments.cli.study.collect", lambda *arguments: ([], {}))
+    monkeypatch.setattr("sgnlp.experiments.cli.collecting.Workers", Workers)
+    monkeypatch.setattr("sgnlp.experiments.cli.collecting.collect", lambda *arguments: ([], {}))
     for name in ("time", "comparison"):
         assert cli.run(["study", name, str(CAN), "--jobs", "2", "--out", str(tmp_path / name)]) == 0
     assert asked == [1, 2]
     assert [name for name, study in STUDIES.items() if study.alone] == ["time"]
-
-
-@pytest.mark.parametrize(("level", "value"), [(0.0, 1.0), (0.5, 3.0), (0.75, 4.75), (1.0, 7.0)])
-def test_quantiles_are_linear_between_values(level, value):
-    assert timing.quantile([1.0, 2.0, 4.0, 7.0], level) == pytest.approx(value)

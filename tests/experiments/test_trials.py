@@ -12,6 +12,7 @@ from scenes import SMALL
 from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
+from sgnlp.experiments.frames import frame
 from sgnlp.experiments.studies import comparison, trials, weights
 from sgnlp.experiments.studies.study import Setup
 from sgnlp.experiments.studies.trials import LOADS, NO_PLAN, Condition, Row
@@ -90,7 +91,7 @@ def test_an_object_without_truth_or_without_enough_cameras_is_refused():
 def test_totals_count_failures_and_keep_the_halves_apart():
     rows = [row(), row(score=0.5, strict=0.0, ending="slid"), row(score=0.0, strict=0.0, ending=NO_PLAN, feasible=0)]
     rows += [row(half="tuning", score=0.0, strict=0.0, ending="in collision")]
-    (line,) = [line for line in trials.totals(rows, ["2 views"]) if line["load"] == LIGHT]
+    (line,) = [line for line in trials.totals(frame(rows)) if line["load"] == LIGHT]
     assert line["held out"].startswith("50 (")
     assert line["tuning"].startswith("0 (")
     assert line["all"].startswith("38 (")
@@ -101,18 +102,18 @@ def test_totals_count_failures_and_keep_the_halves_apart():
 
 def test_every_ending_is_counted_once():
     rows = [row(ending=ending, load=load) for ending in trials.ENDINGS for load in LOADS]
-    for line in trials.endings(rows, ["2 views"]):
+    for line in trials.endings(frame(rows)):
         assert [line[ending] for ending in trials.ENDINGS] == ["1"] * len(trials.ENDINGS)
 
 
 def test_the_comparison_stands_beside_the_papers_numbers():
     rows = [row(), row(object="can_2", score=0.0), row(object="thing_0"), row(object="can_1", load=HEAVY, score=0.5)]
-    lines = {line["object"]: line for line in comparison.by_object(rows, LIGHT)}
+    lines = {line["object"]: line for line in comparison.by_object(frame(rows), LIGHT)}
     assert lines["can"]["2 views"] == "50 (100)"
     assert lines["can"]["3 views"] == "- (100)"
     assert lines["thing"]["2 views"] == "100"
     assert lines["all"]["2 views"] == "67 (89)"
-    assert comparison.by_object(rows, HEAVY)[-1]["2 views"] == "50 (89)"
+    assert comparison.by_object(frame(rows), HEAVY)[-1]["2 views"] == "50 (89)"
 
 
 def test_the_papers_columns_have_the_means_that_it_prints():
@@ -122,23 +123,23 @@ def test_the_papers_columns_have_the_means_that_it_prints():
 
 
 def test_every_failure_of_the_plain_conditions_is_listed():
-    rows = [row(), row(score=0.0, ending="dropped"), row(score=0.5, ending="slid", condition="1 view")]
-    rows += [row(score=0.0, half="tuning"), row(score=0.0, condition="bilevel high, 2 views")]
-    assert [line["ending"] for line in comparison.failures(rows)] == ["dropped", "slid"]
-    assert "Failures of the held-out half from 1, 2 and 3 views" in comparison.tables(rows)
+    rows = [row(), row(object="a", score=0.0, ending="dropped"), row(score=0.5, ending="slid", condition="1 view")]
+    rows += [row(score=0.0, half="tuning", object="b"), row(score=0.0, condition="bilevel high, 2 views")]
+    assert [line["ending"] for line in comparison.failures(frame(rows))] == ["dropped", "slid"]
+    assert "Failures of the held-out half from 1, 2 and 3 views" in comparison.tables(frame(rows))
 
 
 def test_two_conditions_are_told_apart_on_the_held_out_problems_that_both_have():
     one = [row(object=f"can_{i}", score=score) for i, score in enumerate([1.0, 1.0, 0.5, 0.0, 1.0])]
     two = [row(object=f"can_{i}", condition="1 view", score=score) for i, score in enumerate([0.0, 1.0, 0.0, 0.5])]
     seen = [row(object="pear_0", half="tuning"), row(object="pear_0", half="tuning", condition="1 view", score=0.0)]
-    (line,) = trials.paired([*one, *two, *seen], [("2 views", "1 view"), ("3 views", "2 views")])
+    (line,) = trials.paired(frame([*one, *two, *seen]), [("2 views", "1 view"), ("3 views", "2 views")])
     assert [line[key] for key in ("load", "condition", "against")] == [LIGHT, "2 views", "1 view"]
     assert [line[key] for key in ("better", "worse", "same", "p")] == ["2", "1", "1", "1"]
 
 
 def test_the_panels_show_the_held_out_half_with_intervals():
-    light, heavy = comparison.panels([row(), row(score=0.0), row(half="tuning", score=0.0)])
+    light, heavy = comparison.STUDY.panels(frame([row(), row(score=0.0), row(half="tuning", score=0.0)]))
     (series,) = light.series
     assert list(series.y) == [50.0]
     assert series.low[0] < 50 < series.high[0]
@@ -160,8 +161,8 @@ def test_the_study_of_weights_takes_three_objects_and_scales_one_weight_at_a_tim
 def test_the_table_of_weights_has_ours_beside_the_papers():
     rows = [row(object="pear_0", condition=name) for name in ("as set", "tar x 0.5")]
     rows += [row(object="pear_0", condition="tar x 2", score=0.0)]
-    assert weights.table(LIGHT, rows)[-1]["weight"] == "as set: 100 (21-100); paper: 83"
-    (line,) = [line for line in weights.table(LIGHT, rows) if line["weight"] == "w_tar"]
+    assert weights.table(LIGHT, frame(rows))[-1]["weight"] == "as set: 100 (21-100); paper: 83"
+    (line,) = [line for line in weights.table(LIGHT, frame(rows)) if line["weight"] == "w_tar"]
     assert (line["x 0.5"][:4], line["x 0.5, paper"]) == ("100 ", "73")
     assert (line["x 2"][:2], line["x 2, paper"]) == ("0 ", "77")
-    assert [series.y[1] for series in weights.panels(rows)[0].series] == [100.0] * 8
+    assert [series.y[1] for series in weights.panels(frame(rows))[0].series] == [100.0] * 8

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from sgnlp.base.presets import ROBUST
+from sgnlp.experiments.frames import frame
 from sgnlp.experiments.studies import triangles
 from sgnlp.experiments.studies.planar import cross, turn
 from sgnlp.experiments.studies.study import Setup
@@ -99,7 +100,7 @@ def test_there_is_a_case_for_each_pose_and_it_depends_on_the_seed_alone():
 
 
 def test_what_is_counted_is_under_the_limit_directly_or_by_a_motion():
-    rows = [ROW, replace(ROW, direct=3.4, compliant=3.4), replace(ROW, direct=inf, compliant=inf)]
+    rows = frame([ROW, replace(ROW, direct=3.4, compliant=3.4), replace(ROW, direct=inf, compliant=inf)])
     assert counts(rows, "Jᵀf", 3.5) == (2, 1)
     assert counts(rows, "Jᵀf", 4.0) == (2, 2)
     assert counts(rows, "Jᵀf", 2.0) == (0, 0)
@@ -107,7 +108,7 @@ def test_what_is_counted_is_under_the_limit_directly_or_by_a_motion():
 
 
 def test_the_tables_stand_beside_the_papers_number():
-    by_limit, by_configuration = tables([ROW, replace(ROW, triangle="2", direct=3.2)]).values()
+    by_limit, by_configuration = tables(frame([ROW, replace(ROW, triangle="2", direct=3.2)])).values()
     line = next(line for line in by_limit if line["limit [N m]"] == "3.5")
     assert (line["poses"], line["compliant"], line["direct"]) == ("2", "2", "1")
     assert line["direct of compliant [%] (95 %)"] == "50 (9-91)"
@@ -117,7 +118,7 @@ def test_the_tables_stand_beside_the_papers_number():
 
 
 def test_the_figure_rises_with_the_limit():
-    (panel,) = panels([ROW, replace(ROW, pose=1, direct=5.0, compliant=5.0)])
+    (panel,) = panels(frame([ROW, replace(ROW, pose=1, direct=5.0, compliant=5.0)]))
     compliant, direct = panel.series
     assert (compliant.y[0], compliant.y[-1], direct.y[-1]) == (0, 100, 100)
     assert all(c >= d for c, d in zip(compliant.y, direct.y, strict=True))

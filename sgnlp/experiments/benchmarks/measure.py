@@ -1,19 +1,73 @@
-"""Measurements: wall and CPU times of a task, and rows with the median and spread of several repeats."""
+"""Measurements: what is measured, wall and CPU times of a task, and rows with the median and spread of repeats."""
 
 import math
 import resource
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
 from statistics import median
 from typing import TypeVar
+
+from sgnlp.base.settings import Settings
+from sgnlp.hand.hand import Hand, load_hand
+from sgnlp.perception.observation import Observation, load
+from sgnlp.planning.ipopt import schedule
+from sgnlp.planning.problem import Problem, pose
+from sgnlp.program.compiled import can_compile, compile_program
+from sgnlp.program.structure import Structure, structure
 
 T = TypeVar("T")
 
 LEAST = 0.02
 """A warm task is repeated within one measurement until it takes this long [s], a thousand times a clock's tick."""
-UNITS = {"s": 1.0, "ms": 1e3, "µs": 1e6}
-"""Units of time in a second."""
+UNITS = {"s": 1.0, "ms": 1e3, "µs": 1e6}  # units of time in a second
+
+
+@dataclass(frozen=True)
+class Bench:
+    """The subject of all measurements. What belongs to one object is measured on the first file."""
+
+    files: tuple[Path, ...]
+    hand_name: str
+    preset: str
+    settings: Settings
+    starts: int
+    seed: int
+    jobs: int
+    repeats: int
+    objects: int = 1000
+
+    @cached_property
+    def hand(self) -> Hand:
+        """The hand, loaded once."""
+        return load_hand(self.hand_name, self.settings.spheres)
+
+    @cached_property
+    def observations(self) -> list[Observation]:
+        """The observation of each file."""
+        return [load(file) for file in self.files]
+
+    @cached_property
+    def problems(self) -> list[Problem]:
+        """The problem of each file."""
+        return [pose(observation, self.hand, self.settings, self.seed) for observation in self.observations]
+
+    @property
+    def structures(self) -> list[Structure]:
+        """The structures of the phases."""
+        return [structure(self.settings, formulation) for formulation, _ in schedule(self.settings.solver)]
+
+    @property
+    def compiles(self) -> bool:
+        """Whether compiled functions are wanted and can be made."""
+        return self.settings.solver.compiled and can_compile()
+
+    def ready(self) -> None:
+        """Compile the functions that the phases and the comparisons need, unless that is done."""
+        for needed in dict.fromkeys([*self.structures, structure(self.settings, "penalty")]) if self.compiles else ():
+            compile_program(self.hand, needed, self.jobs)
 
 
 @dataclass(frozen=True)

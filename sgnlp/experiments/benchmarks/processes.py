@@ -7,29 +7,20 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TypeVar
+from unittest.mock import patch
 
 T = TypeVar("T")
 
-SAMPLING = 0.02
-"""Time between two looks at the memory [s]."""
-COMMAND = (sys.executable, "-c", "from sgnlp.cli import main; main()")
-"""The command `sgnlp`."""
+SAMPLING = 0.02  # time between two samples of the memory [s]
+COMMAND = (sys.executable, "-c", "from sgnlp.cli import main; main()")  # the command `sgnlp`
 
 
-@contextmanager
-def cache(folder: Path) -> Iterator[None]:
+def cache(folder: Path) -> AbstractContextManager[object]:
     """Processes started meanwhile keep what they compile in a folder."""
-    before = os.environ.get("XDG_CACHE_HOME")
-    os.environ["XDG_CACHE_HOME"] = str(folder)
-    try:
-        yield
-    finally:
-        del os.environ["XDG_CACHE_HOME"]
-        if before is not None:
-            os.environ["XDG_CACHE_HOME"] = before
+    return patch.dict(os.environ, XDG_CACHE_HOME=str(folder))
 
 
 def fresh(task: Callable[..., T], *arguments: object) -> T:
@@ -50,14 +41,12 @@ def command(arguments: Sequence[str]) -> None:
 
 
 def memory_course(arguments: Sequence[str], every: float = SAMPLING) -> list[float]:
-    """Memory [MB] of the command `sgnlp` and all its workers, looked at `every` so many seconds until it ends.
+    """Memory [MB] of the command `sgnlp` and all its workers, sampled every `every` seconds until it ends.
 
-    What the processes share is counted once, as the largest of their shared parts: workers are forked.
+    Workers are forked, so shared memory is counted once: as the largest shared part of a process.
     """
-    process = subprocess.Popen(
-        [*COMMAND, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, encoding="utf-8"
-    )
-    course = []
+    null, pipe = subprocess.DEVNULL, subprocess.PIPE
+    process, course = subprocess.Popen([*COMMAND, *arguments], stdout=null, stderr=pipe, encoding="utf-8"), []
     while process.poll() is None:
         parts = [_memory(pid) for pid in _tree(process.pid)]
         course.append(sum(private for private, _ in parts) + max(shared for _, shared in parts))
@@ -94,6 +83,5 @@ def _memory(pid: int) -> tuple[float, float]:
     except OSError:
         return 0.0, 0.0
     sizes = {line.split()[0]: float(line.split()[1]) * 1024 / 1e6 for line in lines}
-    private = sizes.get("Private_Clean:", 0.0) + sizes.get("Private_Dirty:", 0.0)
-    shared = sizes.get("Shared_Clean:", 0.0) + sizes.get("Shared_Dirty:", 0.0)
+    private, shared = (sizes[f"{kind}_Clean:"] + sizes[f"{kind}_Dirty:"] for kind in ("Private", "Shared"))
     return private, shared

@@ -1,37 +1,26 @@
 """What exact, structured second derivatives gain: against limited-memory Ipopt, plain CasADi, first-order steps."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 from threadpoolctl import threadpool_limits
 
-from sgnlp.base.settings import Solver
-from sgnlp.experiments.benchmarks.bench import Bench
-from sgnlp.experiments.benchmarks.measure import Row, Time, clocked, spread, timing, warm_times
+from sgnlp.experiments.benchmarks.measure import Bench, Row, clocked, spread, timing, warm_times
 from sgnlp.experiments.benchmarks.oracle import call, scene
 from sgnlp.experiments.benchmarks.plain import plain_hessian
 from sgnlp.planning.firstorder import OPTIMISERS, descend
-from sgnlp.planning.ipopt import Iterate, Phase, Planner, nlp_solver, schedule
-from sgnlp.planning.problem import Problem, pose
+from sgnlp.planning.ipopt import Phase, Planner, nlp_solver, schedule
+from sgnlp.planning.problem import pose
 from sgnlp.planning.solution import SOLVED_FACTOR
 from sgnlp.planning.solvers.ipopt import LIMITED
 from sgnlp.planning.starts import starts
 from sgnlp.program.nlp import ENERGY_UNIT
 
-STEPS = 200
-"""First-order steps, as many as the paper's release takes."""
+STEPS = 200  # first-order steps, as many as the paper's release takes
 PLAIN_POINTS = 12
 """Surface and interior points for which CasADi's plain Hessian is built: at full size that takes many minutes."""
-
-
-@dataclass(frozen=True)
-class Pair:
-    """One start solved with exact and with limited-memory Hessians."""
-
-    exact: tuple[Iterate, Time]
-    limited: tuple[Iterate, Time]
 
 
 def rows(bench: Bench) -> Iterator[Row]:
@@ -54,35 +43,29 @@ def limited_memory(planner: Planner) -> Planner:
 
 
 def _limited_memory(bench: Bench) -> Iterator[Row]:
-    pairs = []
+    exact, limited = [], []
     for problem in bench.problems:
-        exact = Planner(problem)
-        limited = limited_memory(exact)
+        planner = Planner(problem)
+        other = limited_memory(planner)
         for start in starts(problem, bench.starts, bench.seed):
-            pairs.append(Pair(*(clocked(partial(planner.solve, start)) for planner in (exact, limited))))
-    for name, ended in {
-        "exact Hessian": [pair.exact for pair in pairs],
-        "limited memory": [pair.limited for pair in pairs],
-    }.items():
-        note = _solved([iterate for iterate, _ in ended], bench.settings.solver)
+            exact.append(clocked(partial(planner.solve, start)))
+            limited.append(clocked(partial(other.solve, start)))
+    for name, ended in {"exact Hessian": exact, "limited memory": limited}.items():
+        good = sum(i.kkt.worst <= SOLVED_FACTOR * bench.settings.solver.tolerance for i, _ in ended)
+        note = f"{good} of {len(ended)} starts solved"
         yield timing(f"{name}: a start", "s", [time for _, time in ended], note)
         yield spread(f"{name}: iterations", "1", [iterate.iterations for iterate, _ in ended], note)
+    over = [theirs.wall / ours.wall for (_, ours), (_, theirs) in zip(exact, limited, strict=True)]
     note = "the same start, in the same formulations with the same limits of iterations"
-    yield spread("limited memory over exact", "1", [p.limited[1].wall / p.exact[1].wall for p in pairs], note)
-
-
-def _solved(iterates: Sequence[Iterate], solver: Solver) -> str:
-    solved = sum(iterate.kkt.worst <= SOLVED_FACTOR * solver.tolerance for iterate in iterates)
-    return f"{solved} of {len(iterates)} starts solved"
+    yield spread("limited memory over exact", "1", over, note)
 
 
 def _first_order(bench: Bench) -> Iterator[Row]:
-    solver = replace(bench.settings.solver, formulation="penalty")
+    settings = replace(bench.settings, solver=replace(bench.settings.solver, formulation="penalty"))
     for optimiser in sorted(OPTIMISERS, reverse=True):
         times, over, above = [], [], []
         for problem in bench.problems:
-            penalty = replace(problem, settings=replace(problem.settings, solver=solver))
-            planner = Planner(penalty)
+            planner = Planner(replace(problem, settings=settings))
             for start in starts(problem, bench.starts, bench.seed):
                 iterate, ours = clocked(partial(planner.solve, start))
                 found, theirs = clocked(partial(descend, problem, start, optimiser, STEPS))
@@ -97,7 +80,8 @@ def _first_order(bench: Bench) -> Iterator[Row]:
 
 
 def _plain(bench: Bench) -> Iterator[Row]:
-    problem = small(bench)
+    gpis = replace(bench.settings.gpis, surface_points=PLAIN_POINTS, interior_points=PLAIN_POINTS)
+    problem = pose(bench.observations[0], bench.hand, replace(bench.settings, gpis=gpis), bench.seed)
     joined, x, p = scene(problem, bench.seed)
     hessian, built = clocked(partial(plain_hessian, problem.hand, joined.nlp.structure, problem.gpis))
     size = f"N = {len(problem.gpis.X)}"
@@ -107,9 +91,3 @@ def _plain(bench: Bench) -> Iterator[Row]:
     yield timing("our Hessian: a call", "ms", ours, f"{size}; {'compiled' if bench.compiles else 'interpreted'}")
     yield timing("plain Hessian: a call", "ms", plain, f"{size}; interpreted")
     yield spread("plain Hessian over ours", "1", [q.wall / o.wall for q, o in zip(plain, ours, strict=True)], size)
-
-
-def small(bench: Bench) -> Problem:
-    """The first problem with few enough points for CasADi's plain Hessian."""
-    gpis = replace(bench.settings.gpis, surface_points=PLAIN_POINTS, interior_points=PLAIN_POINTS)
-    return pose(bench.observations[0], bench.hand, replace(bench.settings, gpis=gpis), bench.seed)

@@ -10,8 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from sgnlp.base.flags import differences
 from sgnlp.base.presets import preset
-from sgnlp.experiments.benchmarks.bench import Bench
-from sgnlp.experiments.benchmarks.measure import Row, Time, clock, clocked, cold_times, spread, timing
+from sgnlp.experiments.benchmarks.measure import Bench, Row, Time, clock, clocked, cold_times, spread, timing
 from sgnlp.experiments.benchmarks.processes import cache, command, peak_memory
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.ipopt import Iterate, Planner
@@ -19,8 +18,7 @@ from sgnlp.planning.plan import Plan
 from sgnlp.planning.solve import solve
 from sgnlp.planning.starts import Start, starts
 
-ORACLE_TIMES = "t_wall_nlp_"
-"""How CasADi's names of the times of the functions begin."""
+ORACLE_TIMES = "t_wall_nlp_"  # how CasADi's names of the times of the functions begin
 
 
 @dataclass(frozen=True)
@@ -46,10 +44,8 @@ def solves(bench: Bench) -> Iterator[Row]:
     yield from _iterations([one for one in ended if one.iterate.iterations])
     yield timing("a start", "s", [one.time for one in ended], size)
     for count in sorted({1, bench.starts}):
-        sums = [
-            Time(sum(one.time.wall for one in some[:count]), sum(one.time.cpu for one in some[:count]))
-            for some in objects
-        ]
+        firsts = [[one.time for one in some[:count]] for some in objects]
+        sums = [Time(sum(time.wall for time in times), sum(time.cpu for time in times)) for times in firsts]
         yield timing(f"an object, {count} starts, one core", "s", sums, "solves alone, in this process")
     yield from _pooled(bench)
 
@@ -57,10 +53,8 @@ def solves(bench: Bench) -> Iterator[Row]:
 def timed(planner: Planner, start: Start) -> Solve:
     """Solve a start; CasADi counts the time of the oracle."""
     iterate, time = clocked(partial(planner.solve, start))
-    counted = [phase.solver.stats() for phase in planner.phases]
-    return Solve(
-        iterate, time, sum(stats[name] for stats in counted for name in stats if name.startswith(ORACLE_TIMES))
-    )
+    counted = [item for phase in planner.phases for item in phase.solver.stats().items()]
+    return Solve(iterate, time, sum(value for name, value in counted if name.startswith(ORACLE_TIMES)))
 
 
 def _iterations(ended: list[Solve]) -> Iterator[Row]:
@@ -108,7 +102,6 @@ def whole(bench: Bench) -> Iterator[Row]:
 
 def flags(bench: Bench) -> list[str]:
     """The flags of `sgnlp solve` for what is measured."""
-    numbers = {"starts": bench.starts, "seed": bench.seed, "jobs": bench.jobs}
-    words = ["--preset", bench.preset, "--hand", bench.hand_name]
-    words += [word for name, value in numbers.items() for word in (f"--{name}", str(value))]
+    words = ["--preset", bench.preset, "--hand", bench.hand_name, "--starts", str(bench.starts)]
+    words += ["--seed", str(bench.seed), "--jobs", str(bench.jobs)]
     return words + list(differences(asdict(preset(bench.preset)), asdict(bench.settings)))

@@ -1,13 +1,12 @@
 """Before the first solve: import, hand, cloud, surface, functions."""
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from sgnlp.experiments.benchmarks.bench import Bench
-from sgnlp.experiments.benchmarks.measure import Row, Time, clock, cold_times, timing, warm_times
+from sgnlp.experiments.benchmarks.measure import Bench, Row, Time, clock, cold_times, timing, warm_times
 from sgnlp.experiments.benchmarks.processes import cache, fresh, python
 from sgnlp.perception.observation import load
 from sgnlp.planning.ipopt import Planner
@@ -21,7 +20,7 @@ def rows(bench: Bench) -> Iterator[Row]:
     for code in ("pass", "import sgnlp", "import sgnlp.cli"):
         yield timing(f"python -c '{code}'", "s", cold_times(partial(python, code), bench.repeats), "fresh process")
     alone = replace(bench)  # a copy without anything loaded
-    yield timing("load the hand", "ms", [fresh(hand_time, alone) for _ in range(bench.repeats)], "fresh process")
+    yield timing("load the hand", "ms", [fresh(timed, alone, "hand") for _ in range(bench.repeats)], "fresh process")
     count = f"{len(bench.files)} objects"
     times = [t for file in bench.files for t in warm_times(partial(load, file), bench.repeats)]
     yield timing("load and clean a cloud", "ms", times, count)
@@ -38,11 +37,11 @@ def _functions(bench: Bench) -> Iterator[Row]:
     with tempfile.TemporaryDirectory() as folder:
         for i in range(bench.repeats):
             with cache(Path(folder) / str(i)):
-                building.append(fresh(build_time, bench))
-                interpreted.append(fresh(ready_time, bench))
+                building.append(fresh(timed, bench, "build"))
+                interpreted.append(fresh(timed, bench, "ready"))
                 if bench.compiles:
-                    compiling.append(fresh(compile_time, bench))
-                    ready.append(fresh(ready_time, bench))
+                    compiling.append(fresh(timed, bench, "compile"))
+                    ready.append(fresh(timed, bench, "ready"))
     yield timing("build the symbolic functions", "s", building, "fresh process")
     yield timing("ready the solvers, interpreted", "s", interpreted, "fresh process, empty cache; builds the functions")
     if bench.compiles:
@@ -50,24 +49,17 @@ def _functions(bench: Bench) -> Iterator[Row]:
         yield timing("ready the solvers, compiled", "s", ready, "fresh process, filled cache")
 
 
-def hand_time(bench: Bench) -> Time:
-    """Times of reading the hand."""
-    return clock(lambda: bench.hand)
+TASKS: dict[str, Callable[[Bench], object]] = {
+    "hand": lambda bench: bench.hand,
+    "build": lambda bench: [build(bench.hand, structure) for structure in bench.structures],
+    "compile": lambda bench: [compile_program(bench.hand, structure, bench.jobs) for structure in bench.structures],
+    "ready": lambda bench: Planner(bench.problems[0]),
+}
+"""Reading the hand, building the symbolic functions, compiling them too, all between a posed problem and a start."""
 
 
-def build_time(bench: Bench) -> Time:
-    """Times of building the symbolic functions of every phase."""
-    hand = bench.hand
-    return clock(lambda: [build(hand, structure) for structure in bench.structures])
-
-
-def compile_time(bench: Bench) -> Time:
-    """Times of building and compiling them."""
-    hand = bench.hand
-    return clock(lambda: [compile_program(hand, structure, bench.jobs) for structure in bench.structures])
-
-
-def ready_time(bench: Bench) -> Time:
-    """Times of all that stands between a posed problem and its first start."""
-    problem = bench.problems[0]
-    return clock(lambda: Planner(problem))
+def timed(bench: Bench, task: str) -> Time:
+    """Times of one of the `TASKS`; hand and problem are there before all but the first."""
+    if task != "hand":
+        bench.problems  # noqa: B018
+    return clock(partial(TASKS[task], bench))

@@ -13,14 +13,12 @@ from sgnlp.base.errors import InputError
 from sgnlp.cli.flags import Starting, made
 from sgnlp.cli.interrupts import check
 from sgnlp.experiments import benchmarks
-from sgnlp.experiments.benchmarks.bench import Bench
-from sgnlp.experiments.benchmarks.measure import Row
+from sgnlp.experiments.benchmarks.measure import Bench, Row
 from sgnlp.planning import results
 from sgnlp.show import tables as report
 
 Section = Literal["startup", "oracle", "surface", "solving", "whole", "ratios", "points", "starts", "objects", "many"]
-PROBLEMS = Path("problems")
-"""Where the clouds are if none is named."""
+PROBLEMS = Path("problems")  # where the clouds are if none is named
 
 
 @dataclass(kw_only=True)
@@ -52,7 +50,14 @@ class Benchmark(Starting):
         how = self._made(bench)
         results.writable(self.out)
         results.write_text(self.out / "made.json", results.json_text(how))
-        rows = self._measure(console, bench)
+        rows: list[Row] = []
+        with console.status("compiling the functions") as status:
+            bench.ready()
+            for row in benchmarks.measured(bench, self.sections):
+                check()
+                rows.append(row)
+                results.write_rows(self.out / "rows.csv", rows)
+                status.update(f"{len(rows)} measured, the last: {row.name}")
         tables = benchmarks.tables(rows)
         texts = [f"## {question}\n\n{report.markdown(lines)}" for question, lines in tables.items()]
         results.write_text(self.out / "table.md", "\n".join(texts))
@@ -62,29 +67,11 @@ class Benchmark(Starting):
         console.print(f"written: {self.out}", soft_wrap=True)
         return 0
 
-    def _measure(self, console: Console, bench: Bench) -> list[Row]:
-        rows: list[Row] = []
-        with console.status("compiling the functions") as status:
-            bench.ready()
-            for row in benchmarks.measured(bench, self.sections):
-                check()
-                rows.append(row)
-                results.write_rows(self.out / "rows.csv", rows)
-                status.update(f"{len(rows)} measured, the last: {row.name}")
-        return rows
-
     def _made(self, bench: Bench) -> dict[str, Any]:
-        study = {
-            "sections": self.sections,
-            "repeats": self.repeats,
-            "objects": self.objects,
-            "starts": self.starts,
-            "seed": self.seed,
-            "jobs": self.jobs,
-            "hand": bench.hand.name,
-            "settings": asdict(self.settings),
-        }
+        numbers = ("sections", "repeats", "objects", "starts", "seed", "jobs")
+        study = {name: getattr(self, name) for name in numbers}
+        study |= {"hand": bench.hand.name, "settings": asdict(self.settings)}
         inputs = {observation.name: observation.digest for observation in bench.observations}
-        load = {"processors": os.cpu_count(), "load before": os.getloadavg()}
         how = made(study=study, inputs=inputs, functions="compiled C" if bench.compiles else "interpreted")
-        return how | {"machine": how["machine"] | load}
+        how["machine"] |= {"processors": os.cpu_count(), "load before": os.getloadavg()}
+        return how

@@ -1,7 +1,6 @@
 """`sgnlp compare`: solvers on the same problems from the same starts, judged by recomputed residuals, resumable."""
 
 import json
-from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -14,29 +13,33 @@ from sgnlp.base.checked import POSITIVE, Interval
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Formulation
 from sgnlp.cli import codes, compiling, lacks
-from sgnlp.cli.flags import ROWS, Starting, Tabling, made
-from sgnlp.cli.progress import Bar, bars
+from sgnlp.cli.flags import PARQUET, ROWS, Starting
+from sgnlp.cli.progress import bars
+from sgnlp.experiments.cli.collecting import MADE, Collecting
 from sgnlp.experiments.compare import carried, page
 from sgnlp.experiments.compare.route import Run
 from sgnlp.experiments.compare.row import Row
 from sgnlp.experiments.compare.runs import rows_of
 from sgnlp.experiments.compare.table import Table
+from sgnlp.experiments.compare.verdict import verdicts
+from sgnlp.experiments.frames import frame
 from sgnlp.experiments.studies import trials
-from sgnlp.experiments.studies.study import Case, Setup, collect
+from sgnlp.experiments.studies.study import Case, Key, Setup
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import Observation
 from sgnlp.planning import results, solvers
-from sgnlp.planning.workers import Workers
 from sgnlp.show import plots, tables
 
-MADE, SIMULATED = "made.json", "simulated.csv"
-EVERY = "all"
-"""In the place of the solvers' names."""
+SIMULATED = "simulated.csv"
+EVERY = "all"  # in the place of the solvers' names
 
 
 @dataclass(kw_only=True)
-class Compare(Tabling, Starting):
-    """Compare solvers on the same problems from the same starts; run again, it goes on where it ended."""
+class Compare(Collecting):
+    """Compare solvers on the same problems from the same starts; run again, it goes on where it ended.
+
+    It needs pandas: pip install 'sgnlp[experiments]'.
+    """
 
     valid: ClassVar[dict[str, Interval]] = Starting.valid | {"time_limit": POSITIVE, "repeats": POSITIVE}
 
@@ -58,8 +61,6 @@ class Compare(Tabling, Starting):
     """carry out each solver's first choice for each object in simulation too; pip install 'sgnlp[sim]'"""
     out: Path = Path("results/solvers")
     """folder of the results"""
-    redraw: bool = False
-    """only make the report anew, from the rows that are there"""
 
     def __post_init__(self) -> None:
         """Also that tolerances are positive."""
@@ -69,92 +70,66 @@ class Compare(Tabling, Starting):
 
     def run(self, console: Console) -> int:
         """Every run that has no rows yet, then the report over all."""
+        frame([])  # refuse before any work if pandas is missing
         if not self.redraw:
             self._work(console)
         rows = results.read_rows(self.out / ROWS, Row)
         if not rows:
             raise InputError(f"there are no rows to report: '{self.out / ROWS}'")
         if self.parquet:
-            results.write_parquet(self.out / "rows.parquet", rows)
-        self._report(console, rows)
+            results.write_parquet(self.out / PARQUET, rows)
+        self._report(console, Table(rows))
         console.print(f"written: {self.out}", soft_wrap=True)
         return codes.FEASIBLE
 
     def _work(self, console: Console) -> None:
-        names = self._names()
+        for name in () if self.solvers == (EVERY,) else self.solvers:
+            solvers.method(name)
         if not self.files:
             raise InputError("there is nothing to compare on: no file is named")
         results.writable(self.out)
         hand = load_hand(self.hand, self.settings.spheres)
         observations = Setup(self.files, self.hand, self.settings, self.starts, self.seed, 0.0).observations()
-        inputs = {observation.name: observation.digest for observation in observations}
-        how = results.resumed(self.out / MADE, made(study=self._facts(), inputs=inputs))
-        results.read_rows(self.out / ROWS, Row)
+        self.begin(self.out, self._facts(), observations, Row)
         lacks.tell(console)
+        runs = self._runs(observations)
         with bars(console) as bar:
-            if self.settings.solver.compiled:
-                for formulation in self.formulations:
-                    solver = replace(self.settings.solver, formulation=formulation)
-                    compiling.build(hand, replace(self.settings, solver=solver), self.jobs, bar)
-            results.write_text(self.out / MADE, results.json_text(how))
-            self._collect(console, self._cases(observations, names), Row, ROWS, bar("compare", None))
-            if self.simulate:
-                rows = Table(results.read_rows(self.out / ROWS, Row))
-                cases = carried.cases(rows, self._runs(observations, names))
-                self._collect(console, cases, carried.Row, SIMULATED, bar("simulate", None))
-
-    def _names(self) -> tuple[str, ...]:
-        found = solvers.found()
-        if self.solvers == (EVERY,):
-            return tuple(found)
-        for name in self.solvers:
-            solvers.method(name)
-        return self.solvers or tuple(name for name, method in found.items() if not method.known)
+            for formulation in self.formulations if self.settings.solver.compiled else ():
+                solver = replace(self.settings.solver, formulation=formulation)
+                compiling.build(hand, replace(self.settings, solver=solver), self.jobs, bar)
+            cases = [Case(key, partial(rows_of, run)) for key, run in runs.items()]
+            if cases:
+                rows, _ = self.collected(console, Row, cases, self.out / ROWS, bar("compare", None), self.jobs)
+            if cases and self.simulate:
+                cases = carried.cases(Table(rows), runs)
+                self.collected(console, carried.Row, cases, self.out / SIMULATED, bar("simulate", None), self.jobs)
 
     def _facts(self) -> dict[str, Any]:
         """What rows depend on, beside clouds, solvers, formulations and starts, which can be added to."""
         facts = {"seed": self.seed, "hand": self.hand, "settings": asdict(self.settings)} | trials.loads()
         return facts | {"time_limit": self.time_limit, "repeats": self.repeats, "tolerances": self.tolerances}
 
-    def _runs(self, observations: list[Observation], names: tuple[str, ...]) -> dict[tuple[str, ...], Run]:
+    def _runs(self, observations: list[Observation]) -> dict[Key, Run]:
+        every = solvers.found()
+        known_good = tuple(name for name, method in every.items() if not method.known)
+        names = tuple(every) if self.solvers == (EVERY,) else self.solvers or known_good
+        given = (self.hand, self.settings, self.seed, self.tolerances, self.repeats, self.time_limit)
         return {
-            (whole.name, formulation, name, str(start)): Run(
-                file=file,
-                hand=self.hand,
-                settings=self.settings,
-                seed=self.seed,
-                formulation=formulation,
-                solver=name,
-                start=start,
-                tolerances=self.tolerances,
-                repeats=self.repeats,
-                limit=self.time_limit,
-            )
+            (whole.name, formulation, name, str(start)): Run(file, formulation, name, start, *given)
             for file, whole in zip(self.files, observations, strict=True)
             for formulation in self.formulations
             for start in range(self.starts)
             for name in names
         }
 
-    def _cases(self, observations: list[Observation], names: tuple[str, ...]) -> list[Case]:
-        return [Case(key, partial(rows_of, run)) for key, run in self._runs(observations, names).items()]
-
-    def _collect(self, console: Console, cases: list[Case], row: type[Any], file: str, bar: Bar) -> None:
-        if not cases:
-            return
-        with closing(Workers(self.jobs)) as workers:
-            _, broken = collect(row, cases, self.out / file, workers, bar.move)
-        for case, reason in broken.items():
-            console.print(f"failed: {case}: {reason}", soft_wrap=True)
-
-    def _report(self, console: Console, rows: list[Row]) -> None:
-        table, how = Table(rows), json.loads((self.out / MADE).read_text(encoding="utf-8"))
-        simulated = results.read_rows(self.out / SIMULATED, carried.Row)
+    def _report(self, console: Console, table: Table) -> None:
         for title, lines in page.tables(table).items():
             console.print(tables.rows_table(title, lines))
             console.print()
-        for sentence in page.verdicts(table):
+        for sentence in verdicts(table):
             console.print(sentence, soft_wrap=True)
+        how = json.loads((self.out / MADE).read_text(encoding="utf-8"))
+        simulated = results.read_rows(self.out / SIMULATED, carried.Row)
         results.write_text(self.out / "report.md", page.page(table, how, simulated))
         try:
             for name, panels in page.figures_of(table).items():

@@ -1,6 +1,6 @@
 """`sgnlp export`: the nonlinear programs of problems for whoever has only CasADi, with a catalogue."""
 
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ COLUMNS = {
     "hessian_nonzeros": "nnz H", "surface_points": "surface points", "initial": "f(x0)", "best": "best known f",
     "residual": "its residual", "solver": "found by", "best_start": "from start",
 }  # fmt: skip
+"""The columns of the catalogue's table."""
 
 
 @dataclass(kw_only=True)
@@ -54,18 +55,14 @@ class Export(Observing):
             rows.append(program.entry)
             inputs[observation.name] = observation.digest
             console.print(f"{observation.name}: best known {program.entry.best:.6f}", soft_wrap=True)
-        self._catalogue(rows, inputs)
-        console.print(f"written: {self.out}", soft_wrap=True)
-        return codes.FEASIBLE
-
-    def _catalogue(self, rows: list[Entry], inputs: dict[str, str]) -> None:
         results.write_rows(self.out / ROWS, rows)
         results.write_text(self.out / "table.md", tables.markdown([_line(row) for row in rows]))
         how: dict[str, Any] = made(inputs=inputs, hand=self.hand, settings=asdict(self.settings))
         results.write_text(self.out / "made.json", results.json_text(how))
+        console.print(f"written: {self.out}", soft_wrap=True)
+        return codes.FEASIBLE
 
 
 def _line(row: Entry) -> dict[str, str]:
-    shown = {field.name: getattr(row, field.name) for field in fields(Entry) if field.name in COLUMNS}
-    texts = {name: f"{value:.9g}" if isinstance(value, float) else str(value) for name, value in shown.items()}
-    return {COLUMNS[name]: text for name, text in texts.items()}
+    values = {title: getattr(row, name) for name, title in COLUMNS.items()}
+    return {title: f"{value:.9g}" if isinstance(value, float) else str(value) for title, value in values.items()}

@@ -14,25 +14,22 @@ from sgnlp.show import simulation_pictures, tables
 from sgnlp.simulation import command, true_body
 
 FOLDER, PAGE = "failures", "failures.md"
-SIZE = 240
-"""Pixels of each of the three views."""
-QUALITY = 85
-"""Of the JPEG pictures, in percent."""
+SIZE = 240  # pixels of each of the three views
+QUALITY = 85  # of the JPEG pictures, in percent
 
 
 def write(console: Console, folder: Path, failed: Iterable[Failed], bar: Bar) -> None:
     """Write the page and the pictures of how each trial ended; without OpenGL the page alone."""
     lines = []
     for i, trial in enumerate(failed):
+        picture = ""
         try:
             picture = _picture(folder, trial)
         except simulation_pictures.NoRenderer as error:
             if i == 0:
                 console.print(f"no pictures: {error}", soft_wrap=True)
-            picture = ""
-        row = trial.row
-        line = {"object": row.object, "condition": row.condition, "load": row.load, "ending": row.ending}
-        lines.append(line | {"what went otherwise than planned": "; ".join(trial.reasons), "how it ended": picture})
+        line = {name: getattr(trial.row, name) for name in ("object", "condition", "load", "ending")}
+        lines.append(line | {"what did not go as planned": "; ".join(trial.reasons), "how it ended": picture})
         bar.advance(trial)
     results.write_text(folder / PAGE, tables.markdown(lines) if lines else "Nothing failed.\n")
 

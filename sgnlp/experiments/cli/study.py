@@ -1,6 +1,5 @@
 """`sgnlp study`: experiments over many objects, resumable, with command, versions and machine beside the rows."""
 
-from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
@@ -11,16 +10,17 @@ from rich.console import Console
 from sgnlp.base.checked import POSITIVE, Interval
 from sgnlp.base.errors import InputError
 from sgnlp.cli import codes, lacks
-from sgnlp.cli.flags import ROWS, Starting, Tabling, made
+from sgnlp.cli.flags import ROWS, Starting
 from sgnlp.cli.progress import bars
 from sgnlp.experiments import studies
 from sgnlp.experiments.cli import failures
+from sgnlp.experiments.cli.collecting import Collecting
+from sgnlp.experiments.frames import frame
 from sgnlp.experiments.studies import STUDIES
-from sgnlp.experiments.studies.study import Case, Setup, collect
+from sgnlp.experiments.studies.study import Setup
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import load
 from sgnlp.planning import results
-from sgnlp.planning.workers import Workers
 from sgnlp.show import plots, simulation_pictures
 from sgnlp.show import tables as report
 
@@ -32,8 +32,11 @@ QUESTIONS = "; ".join(f"{name}: {study.question}" for name, study in STUDIES.ite
 
 
 @dataclass(kw_only=True)
-class Study(Tabling, Starting):
-    """Run an experiment and write its tables, raw rows and figure; run again, it goes on where it ended."""
+class Study(Collecting):
+    """Run an experiment and write its tables, raw rows and figure; run again, it goes on where it ended.
+
+    It needs pandas: pip install 'sgnlp[experiments]'.
+    """
 
     valid: ClassVar[dict[str, Interval]] = Starting.valid | {"timeout": POSITIVE}
 
@@ -48,40 +51,42 @@ class Study(Tabling, Starting):
     """look at the failed trials again, with pictures and reasons in failures.md, where the study has trials"""
     out: Path | None = None
     """folder of the results; results/NAME if not given"""
-    redraw: bool = False
-    """only make tables and figure anew, from the rows that are there"""
 
     def run(self, console: Console) -> int:
         """Every case that has no rows yet, then the tables and the figure over all."""
         study, folder = STUDIES[self.name], self.out or Path("results") / self.name
+        frame([])  # refuse before any work if pandas is missing
         if self.redraw:
             return self._redraw(console, study, folder)
-        if study.clouds != bool(self.files):
-            raise InputError(f"the study {self.name} " + ("needs clouds" if study.clouds else "takes no files"))
-        if self.pictures and not study.failed:
-            raise InputError(f"the study {self.name} has no trials to take pictures of")
-        if self.pictures:
-            simulation_pictures.headless()
+        self._refuse(study)
         results.writable(folder)
         load_hand(self.hand, self.settings.spheres)
         setup = Setup(self._chosen(), self.hand, self.settings, self.starts, self.seed, self.timeout)
         observations = setup.observations()
         cases = study.cases(setup, observations)
-        inputs = {observation.name: observation.digest for observation in observations}
-        how = results.resumed(folder / "made.json", made(study=study.facts(setup), inputs=inputs))
-        results.read_rows(folder / ROWS, study.row)
-        results.write_text(folder / "made.json", results.json_text(how))
-        rows, broken = self._rows(console, study, cases, folder)
+        self.begin(folder, study.facts(setup), observations, study.row)
+        lacks.tell(console)
+        jobs = 1 if study.alone else self.jobs
+        with bars(console) as bar:
+            progress = bar(self.name, len(cases))
+            rows, broken = self.collected(console, study.row, cases, folder / ROWS, progress, jobs)
         if rows:
             self.write(folder, rows)  # in another form too, though no case was missing
             _show(console, study, rows, folder)
         if self.pictures and study.failed:
             with bars(console) as bar:
                 failures.write(console, folder, study.failed(setup, rows), bar("pictures of failures", None))
-        for case, reason in broken.items():
-            console.print(f"failed: {case}: {reason}", soft_wrap=True)
         console.print(f"written: {folder}", soft_wrap=True)
         return codes.NONE_FEASIBLE if broken else codes.FEASIBLE
+
+    def _refuse(self, study: studies.Study) -> None:
+        """Raise if the study cannot do what the flags ask."""
+        if study.clouds != bool(self.files):
+            raise InputError(f"the study {self.name} " + ("needs clouds" if study.clouds else "takes no files"))
+        if self.pictures:
+            if not study.failed:
+                raise InputError(f"the study {self.name} has no trials to take pictures of")
+            simulation_pictures.headless()
 
     def _chosen(self) -> tuple[Path, ...]:
         """The files of the half that is asked for."""
@@ -91,7 +96,7 @@ class Study(Tabling, Starting):
         return files
 
     def _redraw(self, console: Console, study: studies.Study, folder: Path) -> int:
-        """Tables and figure alone: rows and how they were made stay as they are, whatever is set here."""
+        """Make only tables and figure: the rows and how they were made stay, whatever is set here."""
         rows = results.read_rows(folder / ROWS, study.row)
         if not rows:
             raise InputError(f"there are no rows to draw: '{folder / ROWS}'")
@@ -99,24 +104,18 @@ class Study(Tabling, Starting):
         console.print(f"drawn again: {folder}", soft_wrap=True)
         return codes.FEASIBLE
 
-    def _rows(
-        self, console: Console, study: studies.Study, cases: list[Case], folder: Path
-    ) -> tuple[list[Any], dict[str, str]]:
-        lacks.tell(console)
-        with closing(Workers(1 if study.alone else self.jobs)) as workers, bars(console) as bar:
-            return collect(study.row, cases, folder / ROWS, workers, bar(self.name, len(cases)).move)
-
 
 def _show(console: Console, study: studies.Study, rows: list[Any], folder: Path) -> None:
     """Write and print the tables, write the figure; without Matplotlib say that there is none."""
-    tables = study.tables(rows)
+    found = frame(rows)
+    tables = study.tables(found)
     shown = [report.rows_table(title, lines) for title, lines in tables.items()]
     for table in shown:
         console.print(table)
         console.print()
     parts = [f"## {title}\n\n{report.markdown(lines)}" for title, lines in tables.items()]
     try:
-        for suffix, content in plots.draw(study.panels(rows), study.caption).items():
+        for suffix, content in plots.draw(study.panels(found), study.caption).items():
             results.write_bytes(folder / f"figure.{suffix}", content)
         parts.append(f"## Figure\n\n![{study.question}](figure.svg)\n\n{study.caption}\n")
     except InputError as error:

@@ -1,15 +1,16 @@
 """Each solver's first choice carried out in simulation: does the better optimum hold better?"""
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
+from math import nan
 
 from sgnlp.experiments.compare.route import Run
 from sgnlp.experiments.compare.runs import chosen
-from sgnlp.experiments.compare.table import Table
-from sgnlp.experiments.studies.significance import percent
-from sgnlp.experiments.studies.study import Case, Key, Lines
+from sgnlp.experiments.compare.table import RUN, Table
+from sgnlp.experiments.frames import Frame, Lines, percent, pick
+from sgnlp.experiments.studies.study import Case, Key
 from sgnlp.experiments.studies.trials import LOADS, NO_PLAN, carried_out
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import load
@@ -25,11 +26,11 @@ class Row:
     formulation: str
     solver: str
     starts: int
-    load: str
-    start: int
-    margin: float
-    ending: str
-    score: float
+    load: str = ""
+    start: int = -1
+    margin: float = nan
+    ending: str = NO_PLAN
+    score: float = 0.0
 
 
 def cases(table: Table, runs: Mapping[Key, Run]) -> list[Case]:
@@ -37,19 +38,20 @@ def cases(table: Table, runs: Mapping[Key, Run]) -> list[Case]:
 
     Of each start the answer to the tightest tolerance counts at which the solver ended by itself.
     """
-    groups: dict[Key, list[Run]] = defaultdict(list)
+    groups: dict[tuple[str, str, str], list[Run]] = defaultdict(list)
     for (name, formulation, solver, _), run in runs.items():
         groups[name, formulation, solver].append(run)
+    ended = table.last[table.last.failure == ""].sort_values("tolerance").drop_duplicates(RUN)
+    ended = ended[ended.feasible].sort_values(["margin", "start"], ascending=[False, True])
     found = []
-    for (name, formulation, solver), tried in groups.items():
-        ends = [table.unaided((name, formulation, run.start), solver) for run in tried]
-        feasible = [(row.margin, run, row) for run, row in zip(tried, ends, strict=True) if row and row.feasible]
-        best = max(feasible, key=lambda item: (item[0], -item[1].start), default=None)
-        first = Row(name, formulation, solver, len(tried), "", -1, float("nan"), NO_PLAN, 0.0)
-        again = replace(best[1], tolerances=(best[2].tolerance,)) if best else None
-        if best:
-            first = replace(first, start=best[1].start, margin=best[0])
-        found.append(Case((name, formulation, solver, str(len(tried))), partial(rows_of, again, first)))
+    for key, tried in groups.items():
+        first, again = Row(*key, len(tried)), None
+        feasible = pick(ended, object=key[0], formulation=key[1], solver=key[2])
+        by_start = {run.start: run for run in tried}
+        for best in feasible[feasible.start.isin(list(by_start))].head(1).itertuples():
+            again = replace(by_start[best.start], tolerances=(best.tolerance,))
+            first = replace(first, start=best.start, margin=best.margin)
+        found.append(Case((*key, str(len(tried))), partial(rows_of, again, first)))
     return found
 
 
@@ -61,49 +63,30 @@ def rows_of(run: Run | None, first: Row) -> list[Row]:
     observation, hand = load(run.file), load_hand(run.hand, run.settings.spheres)
     problem = build_problem(observation, hand, run.settings, run.seed)
     plan = Plan(observation, problem, (solution,), (), run.seed, 1, run.limit, {})
+    outcomes = {name: carried_out(plan, settings) for name, settings in LOADS.items()}
+    return [replace(first, load=name, ending=o.ending, score=o.score) for name, o in outcomes.items()]
+
+
+def lines(rows: Frame) -> Lines:
+    """Success in percent under each load; an object without a first choice counts as failed.
+
+    The best solver comes first in each formulation. Those that have no first choice at all are left out.
+    """
     found = []
-    for name, settings in LOADS.items():
-        outcome = carried_out(plan, settings)
-        found.append(replace(first, load=name, ending=outcome.ending, score=outcome.score))
+    for formulation, group in rows.groupby("formulation", sort=False):
+        solvers = group.groupby("solver", sort=False)
+        for solver in solvers.score.sum().sort_values(ascending=False, kind="stable").index:
+            own = solvers.get_group(solver)
+            planned, objects = own.object[own.start >= 0].nunique(), own.object.nunique()
+            scores = {load: own.score[own.load == load] for load in LOADS}
+            line = {"formulation": str(formulation), "solver": str(solver), "planned": f"{planned} of {objects}"}
+            if planned:
+                found.append(line | {load: percent(score.sum(), len(score)) for load, score in scores.items()})
     return found
 
 
-def lines(rows: Sequence[Row]) -> Lines:
-    """Success in percent under each load, objects without a first choice failed, for solvers that have one at all.
-
-    The best first in each formulation.
-    """
-    groups = _groups(rows)
-    formulations = list(dict.fromkeys(formulation for formulation, _ in groups))
-    order = sorted(groups, key=lambda key: (formulations.index(key[0]), -sum(row.score for row in groups[key])))
-    return [_line(*key, groups[key]) for key in order if _planned(groups[key])]
-
-
-def without(rows: Sequence[Row]) -> dict[str, list[str]]:
+def without(rows: Frame) -> dict[str, list[str]]:
     """For each formulation the solvers that have no first choice on any object, and so hold none."""
-    found: dict[str, list[str]] = defaultdict(list)
-    for (formulation, solver), group in _groups(rows).items():
-        if not _planned(group):
-            found[formulation].append(solver)
-    return dict(found)
-
-
-def _groups(rows: Iterable[Row]) -> dict[tuple[str, str], list[Row]]:
-    """The rows of each formulation and solver."""
-    groups: dict[tuple[str, str], list[Row]] = defaultdict(list)
-    for row in rows:
-        groups[row.formulation, row.solver].append(row)
-    return groups
-
-
-def _planned(rows: Sequence[Row]) -> set[str]:
-    return {row.object for row in rows if row.start >= 0}
-
-
-def _line(formulation: str, solver: str, rows: Sequence[Row]) -> dict[str, str]:
-    shares = {}
-    for name in LOADS:
-        scores = [row.score for row in rows if row.load == name]
-        shares[name] = percent(sum(scores), len(scores))
-    objects = len({row.object for row in rows})
-    return {"formulation": formulation, "solver": solver, "planned": f"{len(_planned(rows))} of {objects}"} | shares
+    best = rows.groupby(["formulation", "solver"], sort=False).start.max()
+    none = best[best < 0].reset_index()
+    return {str(name): list(group.solver) for name, group in none.groupby("formulation", sort=False)}

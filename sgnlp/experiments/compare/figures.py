@@ -1,26 +1,20 @@
 """Figures of a comparison: profiles, and the course of energy and residual over time."""
 
 import math
-from collections.abc import Callable, Sequence
-from statistics import median
+from collections.abc import Sequence
 
 import numpy as np
 
-from sgnlp.experiments.compare.measures import data_profile, performance_profile
+from sgnlp.experiments.compare.row import course
 from sgnlp.experiments.compare.table import Table
+from sgnlp.experiments.frames import Frame, curves
 from sgnlp.show.plots import STYLES, Panel, Series
 
-MOST = len(STYLES)
-"""Lines in a panel at most: as many as can be told apart."""
-FACTORS = np.geomspace(1.0, 64.0, 60).tolist()
-"""Factors of the best time."""
-BUDGETS = np.geomspace(0.3, 300.0, 60).tolist()
-"""Calls over n + 1."""
-MOMENTS = np.geomspace(0.003, 10.0, 40).tolist()
-"""Times at which the courses are looked at [s]."""
-FLOOR = 1e-9
-"""Residuals and gaps below are drawn here."""
-TITLES = "{} to {:g}"
+MOST = len(STYLES)  # lines in a panel at most: as many as can be told apart
+FACTORS = np.geomspace(1.0, 64.0, 60).tolist()  # factors of the best time
+BUDGETS = np.geomspace(0.3, 300.0, 60).tolist()  # calls over n + 1
+MOMENTS = np.geomspace(0.003, 10.0, 40).tolist()  # times at which the courses are looked at [s]
+FLOOR = 1e-9  # residuals and gaps below are drawn here
 
 
 def shown(table: Table) -> list[str]:
@@ -34,73 +28,65 @@ def profiles(table: Table) -> list[Panel]:
     """Dolan & Moré's profiles of processor time, for each formulation and tolerance."""
     solvers = shown(table)
     return [
-        _panel(
-            TITLES.format(formulation, tolerance),
-            "factor of the fastest",
-            "share of runs",
-            FACTORS,
-            performance_profile(table.times(formulation, tolerance), _run(table, formulation, solvers), FACTORS),
-        )
-        for formulation in table.formulations
+        _shares(f"{name} to {tolerance:g}", "factor of the fastest", performance_profile(_run(times, solvers), FACTORS))
+        for name in table.formulations
         for tolerance in table.tolerances
+        for times in [table.times(name, tolerance)]
     ]
 
 
 def data_profiles(table: Table, size: int) -> list[Panel]:
     """Moré & Wild's profiles of calls, for each formulation of `size` variables."""
-    solvers = shown(table)
+    works, solvers = {name: table.works(name, size) for name in table.formulations}, shown(table)
     return [
-        _panel(
-            formulation,
-            "calls over n + 1",
-            "share of runs",
-            BUDGETS,
-            data_profile(table.works(formulation, size), _run(table, formulation, solvers), BUDGETS),
-        )
-        for formulation in table.formulations
+        _shares(name, "calls over n + 1", data_profile(_run(work, solvers), BUDGETS)) for name, work in works.items()
     ]
+
+
+def _run(values: Frame, solvers: Sequence[str]) -> Frame:
+    """The columns of the solvers that were run."""
+    return values[[solver for solver in solvers if solver in values]]
+
+
+def _shares(title: str, x: str, values: Frame) -> Panel:
+    return Panel(title, x, "share of runs", curves(values), log_x=True, y_range=(0.0, 1.02))
 
 
 def courses(table: Table) -> list[Panel]:
     """Median over the traced runs of the energy above the best known and of the best residual so far, over time."""
     found = []
-    for formulation in table.formulations:
-        solvers = _run(table, formulation, shown(table))
-        for what, of in (("energy above the best", _gap), ("KKT residual", _residual)):
-            curves = {solver: _course(table, formulation, solver, of) for solver in solvers}
-            panel = _panel(formulation, "processor time [s]", what, MOMENTS, curves)
-            found.append(panel)
-    return found if any(row.trace for row in table.rows) else []
+    for name in table.formulations if table.rows.trace.any() else ():
+        ends = {solver: table.answers(name, solver) for solver in shown(table)}
+        for i, what in enumerate(("energy above the best", "KKT residual"), 1):
+            series = tuple(Series(solver, MOMENTS, _course(rows, i)) for solver, rows in ends.items() if len(rows))
+            found.append(Panel(name, "processor time [s]", what, series, log=True, log_x=True))
+    return found
 
 
-def _run(table: Table, formulation: str, solvers: Sequence[str]) -> list[str]:
-    return [solver for solver in solvers if table.of(formulation, solver, table.tolerances[0])]
-
-
-def _panel(title: str, x: str, y: str, places: Sequence[float], curves: dict[str, list[float]]) -> Panel:
-    series = tuple(Series(solver, list(places), curve) for solver, curve in curves.items())
-    share = y.startswith("share")
-    return Panel(title, x, y, series, log=not share, log_x=True, y_range=(0.0, 1.02) if share else None)
-
-
-def _gap(energy: float, residual: float, best: float) -> float:
-    return max(energy - best, FLOOR)
-
-
-def _residual(energy: float, residual: float, best: float) -> float:
-    return max(residual, FLOOR)
-
-
-def _course(table: Table, formulation: str, solver: str, of: Callable[[float, float, float], float]) -> list[float]:
+def _course(ends: Frame, column: int) -> list[float]:
     """The median of the running minimum at each moment; before its first point a run is at its start: infinite."""
     curves = []
-    for (instance, name), end in table.ends.items():
-        cold = table.runs[instance, name, end.tolerance][0]  # the one whose way is kept
-        if (instance[1], name) == (formulation, solver) and cold.trace:
-            lowest, way = math.inf, []
-            for seconds, energy, residual in cold.course:
-                lowest = min(lowest, of(energy, residual, table.best.get(instance, math.nan)))
-                way.append((seconds, lowest))
-            curves.append([min((v for t, v in way if t <= moment), default=math.inf) for moment in MOMENTS])
-    values = [median(column) for column in zip(*curves, strict=True)]
-    return [value if math.isfinite(value) else math.nan for value in values] or [math.nan] * len(MOMENTS)
+    for end in ends[ends.way != ""].itertuples():
+        points = course(end.way)
+        values = np.maximum(np.array(points[column]) - (end.best if column == 1 else 0.0), FLOOR)
+        lowest = np.fmin.accumulate(np.r_[math.inf, values])  # not of NaN, where no best is known
+        curves.append(lowest[np.searchsorted(points[0], MOMENTS, side="right")])
+    middle = np.median(curves, axis=0) if curves else np.full(len(MOMENTS), math.nan)
+    return np.where(np.isfinite(middle), middle, math.nan).tolist()
+
+
+def performance_profile(values: Frame, factors: Sequence[float]) -> Frame:
+    """ρ(τ): the share of the common instances that each solver solves within τ times the best (Dolan & Moré 2002)."""
+    common = values.dropna()
+    ratios = common.div(common.min(axis=1).replace(math.inf, math.nan), axis=0).fillna(math.inf)
+    return _within(ratios, factors)
+
+
+def data_profile(values: Frame, budgets: Sequence[float]) -> Frame:
+    """d(κ): the share of the common instances that each solver solves within κ units of work (Moré & Wild 2009)."""
+    return _within(values.dropna(), budgets)
+
+
+def _within(values: Frame, limits: Sequence[float]) -> Frame:
+    """The share of the lines within each limit, a line a limit."""
+    return type(values)([(values <= limit).mean() for limit in limits], limits)

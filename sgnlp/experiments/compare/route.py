@@ -18,7 +18,7 @@ from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution, solution
 from sgnlp.planning.solvers.anatomy import Answer, Array, Method, Solve, Task
 from sgnlp.planning.solvers.meter import Meter
-from sgnlp.planning.starts import Start, initial
+from sgnlp.planning.starts import initial, starts
 from sgnlp.planning.warm_start import handed_over
 from sgnlp.program.compiled import program
 from sgnlp.program.nlp import Nlp
@@ -27,8 +27,7 @@ from sgnlp.program.structure import Structure
 
 ASKED = 0.1
 """Share of the tolerance that a solver is asked for: each measures in its own scaling, we in that of the problem."""
-ITERATIONS = 20_000
-"""Iterations of the last phase at most: the limit that counts is that of time."""
+ITERATIONS = 20_000  # iterations of the last phase at most: the limit that counts is that of time
 
 
 @dataclass(frozen=True)
@@ -36,12 +35,12 @@ class Run:
     """What is run: a solver by name, on a file's problem in a formulation, from a start by index."""
 
     file: Path
-    hand: str
-    settings: Settings
-    seed: int
     formulation: str
     solver: str
     start: int
+    hand: str
+    settings: Settings
+    seed: int
     tolerances: tuple[float, ...]
     repeats: int
     limit: float
@@ -72,14 +71,13 @@ class Route:
     `watch` hears of each point at which ∇f is asked for in the last stage.
     """
 
-    def __init__(self, run: Run, problem: Problem, start: Start, tolerance: float, watch: Callable[[Array], None]):
-        self._run, self._problem, self._start = run, problem, start
+    def __init__(self, run: Run, problem: Problem, tolerance: float, watch: Callable[[Array], None]):
+        self._run, self._problem, self._start = run, problem, starts(problem, run.start + 1, run.seed)[run.start]
         begin = time.perf_counter()
-        method = solvers.method(run.solver)
-        stages = run.stages()
+        watching = [lambda x: None] * (len(run.stages()) - 1) + [watch]
         self.stages = [
-            self._stage(method, formulation, iterations, tolerance, watch if i == len(stages) - 1 else lambda x: None)
-            for i, (formulation, iterations) in enumerate(stages)
+            self._stage(solvers.method(run.solver), *stage, tolerance, hear)
+            for stage, hear in zip(run.stages(), watching, strict=True)
         ]
         self.setup = time.perf_counter() - begin
 

@@ -1,23 +1,18 @@
 """What one run of a solver says."""
 
 from dataclasses import dataclass
-from math import inf, nan
-
-from sgnlp.planning.solvers.meter import CALLS
-
-Instance = tuple[str, str, int]
+from math import nan
 
 
 @dataclass(frozen=True)
 class Row:
-    """One run, the energies weighted and smoothed as the solver saw them, the residuals recomputed.
+    """One run. Energies are weighted and smoothed, as the solver saw them; residuals are recomputed.
 
     `repeat` 0 is the first solve of its process, cold. `reached` is whether every residual of the problem as posed is
-    within `tolerance`, whatever the `status`, which is the solver's word. `estimated` tells that the multipliers are
-    ours. `lowest` is the lowest energy on the way, rows met or not, of methods that have one. `build`, `setup` and
-    `seconds` are of loading or building the functions, of making the solver, and of solving; `cpu` is `seconds` in
-    processor time. `trace` has `seconds:energy:residual` on the way, in processor time. `failure` is why there is no
-    answer.
+    within `tolerance`; `status` is the solver's word. `estimated` tells that the multipliers are ours. `lowest` is the
+    lowest energy on the way, rows met or not, of methods that have one. `build`, `setup` and `seconds` are of loading
+    or building the functions, of making the solver, and of solving; `cpu` is `seconds` in processor time. `trace` has
+    `seconds:energy:residual` on the way, in processor time. `failure` is why there is no answer.
     """
 
     object: str
@@ -50,27 +45,8 @@ class Row:
     trace: str = ""
     failure: str = ""
 
-    @property
-    def instance(self) -> Instance:
-        """What all solvers are given alike: an object, a formulation and a start."""
-        return (self.object, self.formulation, self.start)
 
-    @property
-    def time(self) -> float:
-        """Processor time to a point within the tolerance [s], infinite if there is none."""
-        return self.cpu if self.reached else inf
-
-    @property
-    def residual(self) -> float:
-        """The worst of the three."""
-        return max(self.dual, self.primal, self.complementarity)
-
-    @property
-    def calls(self) -> int:
-        """Calls of the functions, of whichever."""
-        return sum(getattr(self, call) for call in CALLS.values())
-
-    @property
-    def course(self) -> list[tuple[float, float, float]]:
-        """The trace: seconds, energies, residuals."""
-        return [tuple(map(float, point.split(":"))) for point in self.trace.split()]  # type: ignore[misc]
+def course(trace: str) -> list[list[float]]:
+    """Seconds, energies and residuals of a trace."""
+    points = (point.split(":") for point in trace.split())
+    return [list(map(float, column)) for column in zip(*points, strict=True)]

@@ -3,7 +3,7 @@
 import math
 import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
@@ -16,40 +16,35 @@ from sgnlp.experiments.compare.route import Route, Run, Stage, functions_of
 from sgnlp.experiments.compare.row import Row
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import load
-from sgnlp.planning.problem import Problem, build_problem
+from sgnlp.planning.problem import Problem, pose
 from sgnlp.planning.solution import Solution
 from sgnlp.planning.solvers.anatomy import Answer, Array
 from sgnlp.planning.solvers.multipliers import best_residuals
 from sgnlp.planning.solvers.process import Send, apart, spend
-from sgnlp.planning.starts import Start, starts
 from sgnlp.program.nlp import ENERGY_UNIT
 
-GRACE = 1.5
-"""The kernel ends a process at so many times its limit, if it has not stopped by itself at the limit."""
+GRACE = 1.5  # times its limit the kernel ends a process that has not stopped by itself at the limit
 TRACED = 0
 """The start whose way is kept; the residuals of every way would take longer than the solvers."""
-TRACE_POINTS = 16
-"""Points kept of a way, even in the logarithm of time."""
+TRACE_POINTS = 16  # points kept of a way, even in the logarithm of time
 
 
 def rows_of(run: Run) -> list[Row]:
     """The rows of a run; what was not reached, or not tried, has a row with the reason."""
-    problem = _posed(run.file, run.hand, run.settings, run.seed)
-    start = starts(problem, run.start + 1, run.seed)[run.start]
+    name, problem = _posed(run.file, run.hand, run.settings, run.seed)
     built = sum(functions_of(problem, formulation)[1] for formulation, _ in run.stages())
-    sent, reason = apart(partial(_work, run, problem, start), GRACE * run.limit)
-    rows = [replace(row, object=_name(run.file), build=built) for row in sent]
-    return [*rows, *_missing(run, rows, reason)]
+    sent, reason = apart(partial(_work, run, problem), GRACE * run.limit)
+    rows = [replace(row, build=built) for row in sent]
+    return [replace(row, object=name) for row in (*rows, *_missing(run, rows, reason))]
 
 
 def chosen(run: Run) -> Solution | str:
     """The solution of a run at its first tolerance, for a look at it, or the reason why there is none."""
-    problem = _posed(run.file, run.hand, run.settings, run.seed)
-    start = starts(problem, run.start + 1, run.seed)[run.start]
+    _, problem = _posed(run.file, run.hand, run.settings, run.seed)
 
     def work(send: Send) -> None:
         spend(GRACE * run.limit)
-        route = Route(run, problem, start, run.tolerances[0], lambda x: None)
+        route = Route(run, problem, run.tolerances[0], lambda x: None)
         send(route.solution(route.solve()))
 
     sent, reason = apart(work, GRACE * run.limit)
@@ -57,20 +52,16 @@ def chosen(run: Run) -> Solution | str:
 
 
 @lru_cache(maxsize=1)
-def _posed(file: Path, hand: str, settings: Settings, seed: int) -> Problem:
-    return build_problem(load(file), load_hand(hand, settings.spheres), settings, seed)
+def _posed(file: Path, hand: str, settings: Settings, seed: int) -> tuple[str, Problem]:
+    observation = load(file)
+    return observation.name, pose(observation, load_hand(hand, settings.spheres), settings, seed)
 
 
-@lru_cache(maxsize=8)
-def _name(file: Path) -> str:
-    return load(file).name
-
-
-def _work(run: Run, problem: Problem, start: Start, send: Send) -> None:
+def _work(run: Run, problem: Problem, send: Send) -> None:
     for tolerance in sorted(run.tolerances, reverse=True):
         clock = _Clock(run.limit)
         spend(GRACE * run.limit)
-        route = Route(run, problem, start, tolerance, clock.watch)
+        route = Route(run, problem, tolerance, clock.watch)
         for repeat in range(run.repeats):
             row = Row("", run.formulation, run.solver, run.start, tolerance, repeat)
             clock.late = partial(_late, run, route, clock, row, send)
@@ -79,8 +70,7 @@ def _work(run: Run, problem: Problem, start: Start, send: Send) -> None:
             answer = route.solve()
             seconds, cpu = clock.read()
             spend(GRACE * run.limit)
-            row = replace(row, seconds=seconds, cpu=cpu)
-            row = _judged(route, answer, clock, row)
+            row = _judged(route, answer, clock, replace(row, seconds=seconds, cpu=cpu))
             send(row)
             if not row.reached:
                 return
@@ -108,11 +98,9 @@ def _late(run: Run, route: Route, clock: _Clock, row: Row, send: Send, x: Array)
     """End the process at the limit with the last point as the answer, which does not count as reached."""
     seconds, cpu = clock.read()
     spend(GRACE * run.limit)
-    failure = f"over {run.limit:g} s of processor time"
-    row = replace(row, seconds=seconds, cpu=cpu, failure=failure)
-    points = len(route.last.meter.points)
-    row = _judged(route, Answer(x.copy(), "stopped", points), clock, row)
-    send(replace(row, reached=False))
+    row = replace(row, seconds=seconds, cpu=cpu, failure=f"over {run.limit:g} s of processor time")
+    answer = Answer(x.copy(), "stopped", len(route.last.meter.points))
+    send(replace(_judged(route, answer, clock, row), reached=False))
     os._exit(0)
 
 
@@ -148,18 +136,14 @@ def _judged(route: Route, answer: Answer, clock: _Clock, row: Row) -> Row:
 def _trace(stage: Stage, begin: float) -> str:
     """Seconds, energies and residuals at points of the way, with multipliers that are ours."""
     points = [(moment - begin, x) for moment, x in stage.meter.points if moment > begin]
-    return " ".join(f"{moment:.4g}:{energy:.6g}:{residual:.3g}" for moment, energy, residual in _way(stage, points))
-
-
-def _way(stage: Stage, points: Sequence[tuple[float, Array]]) -> Iterator[tuple[float, float, float]]:
     if not points:
-        return
-    times = np.array([moment for moment, _ in points])
+        return ""
+    times, told, task = np.array([moment for moment, _ in points]), [], stage.judged
     wanted = np.searchsorted(times, np.geomspace(times[0], times[-1], TRACE_POINTS)).clip(max=len(points) - 1)
-    task = stage.judged
     for moment, x in (points[i] for i in sorted(set(wanted.tolist()))):
-        kkt, _ = best_residuals(task, x, None)
-        yield moment, ENERGY_UNIT * float(stage.oracle.objective(x, task.p)), kkt.worst
+        energy = ENERGY_UNIT * float(stage.oracle.objective(x, task.p))
+        told.append(f"{moment:.4g}:{energy:.6g}:{best_residuals(task, x, None)[0].worst:.3g}")
+    return " ".join(told)
 
 
 def _missing(run: Run, rows: Sequence[Row], reason: str) -> list[Row]:
@@ -168,6 +152,6 @@ def _missing(run: Run, rows: Sequence[Row], reason: str) -> list[Row]:
     tried = {row.tolerance for row in rows}
     for tolerance in sorted(set(run.tolerances) - tried, reverse=True):
         failure = "not tried: a looser tolerance was not reached" if tried or found else reason
-        row = Row(_name(run.file), run.formulation, run.solver, run.start, tolerance, 0, failure=failure)
+        row = Row("", run.formulation, run.solver, run.start, tolerance, 0, failure=failure)
         found.append(replace(row, failure=reason) if reason and not found else row)
     return found

@@ -1,55 +1,42 @@
-"""Which solver one should use, and whether what was expected of them is so: sentences computed from the rows."""
+"""Which solver to use, and whether the rows show what was expected of the solvers: sentences computed from the rows."""
 
 import math
-from collections.abc import Callable, Sequence
-from statistics import median
 
-from sgnlp.experiments.compare.row import Row
-from sgnlp.experiments.compare.table import ADMISSIBLE, Table, short
-from sgnlp.experiments.studies.significance import percent
+import numpy as np
+
+from sgnlp.experiments.compare.table import ADMISSIBLE, INSTANCE, Table, middle, short
+from sgnlp.experiments.frames import Frame, Lines, percent
 from sgnlp.experiments.studies.timing import PAPER
 
-EXACT, LIMITED = "ipopt", "ipopt-limited"
-"""Ipopt as it is used here, and without its Hessian."""
+EXACT, LIMITED = "ipopt", "ipopt-limited"  # Ipopt as it is used here, and without its Hessian
 SHORT, LONG = ("rmsprop-200", "adamw-200"), ("rmsprop-1000", "adamw-1000")
 """As many steps as the release takes, and five times as many."""
-RELEASE = PAPER["ours", 1]
-"""Seconds of the release from one start, 200 steps, as the paper prints them."""
+RELEASE = PAPER["ours", 1]  # seconds of the release from one start, 200 steps, as the paper prints them
 EXPECTED_SOLVED, EXPECTED_LOWER = 0.98, 0.95
 """Shares of starts on which Ipopt was expected to reach the tightest tolerance, and to end below the long descents."""
 
 
 def advice(table: Table) -> list[str]:
     """For each formulation the solver that reaches the tightest tolerance most often, the fastest among equals."""
-    said = []
+    said, tight = [], table.tolerances[-1]
     for formulation in table.formulations:
         order = table.order(formulation)
-        tight = table.tolerances[-1]
-        first = f"**{formulation}**: use `{order[0]}`, which {_reach(table, formulation, order[0], tight)}"
-        others = "; ".join(
-            f"`{name}` {_reach(table, formulation, name, tight)}"
-            for name in order[1:4]
-            if table.solved_at(formulation, name, tight)[0]
-        )
-        said.append(f"{first}." + (f" Next: {others}." if others else ""))
-        quick = min(order, key=lambda name: _typical(table, formulation, name, tight))
-        if quick != order[0] and math.isfinite(_typical(table, formulation, quick, tight)):
-            said.append(
-                f"The fastest where it gets there is `{quick}`, which {_reach(table, formulation, quick, tight)}."
-            )
+        reaching = {name: _reach(table, formulation, name) for name in order}
+        means = {name: table.mean_time(formulation, name, tight) for name in order}
+        others = [name for name in order[1:4] if table.solved_at(formulation, name, tight)[0]]
+        following = f" Next: {'; '.join(f'`{name}` {reaching[name]}' for name in others)}." if others else ""
+        said.append(f"**{formulation}**: use `{order[0]}`. It {reaching[order[0]]}.{following}")
+        quick = min(order, key=lambda name: np.nan_to_num(means[name], nan=math.inf))
+        if quick != order[0] and math.isfinite(means[quick]):
+            said.append(f"Fastest where it succeeds: `{quick}`. It {reaching[quick]}.")
     return said
 
 
-def _typical(table: Table, formulation: str, solver: str, tolerance: float) -> float:
-    mean = table.mean_time(formulation, solver, tolerance)
-    return math.inf if math.isnan(mean) else mean
-
-
-def _reach(table: Table, formulation: str, solver: str, tolerance: float) -> str:
-    solved, n = table.solved_at(formulation, solver, tolerance)
-    time = table.mean_time(formulation, solver, tolerance)
-    when = f" in {short(time)} s of processor time" if solved else ""
-    return f"reaches {tolerance:g} on {percent(solved, n)} % of {n} starts{when}"
+def _reach(table: Table, formulation: str, solver: str) -> str:
+    tight = table.tolerances[-1]
+    solved, n = table.solved_at(formulation, solver, tight)
+    mean = short(table.mean_time(formulation, solver, tight))
+    return f"reaches {tight:g} on {percent(solved, n)} % of {n} starts" + (f" in {mean} s" if solved else "")
 
 
 def verdicts(table: Table) -> list[str]:
@@ -64,35 +51,31 @@ def _judged(shown: bool, text: str) -> str:
 def _solved(table: Table) -> str:
     tight = table.tolerances[-1]
     counts = {f: table.solved_at(f, EXACT, tight) for f in table.formulations}
-    if not any(n for _, n in counts.values()):
+    counts = {f: count for f, count in counts.items() if count[1]}
+    if not counts:
         return f"Not tested: `{EXACT}` was not run."
-    parts = [f"{percent(*count)} % of {count[1]} starts ({name})" for name, count in counts.items() if count[1]]
+    parts = ", ".join(f"{percent(*count)} % of {count[1]} starts ({name})" for name, count in counts.items())
     shown = all(solved >= EXPECTED_SOLVED * n for solved, n in counts.values())
-    text = f"`{EXACT}` reaches {tight:g} on {', '.join(parts)}; expected was {100 * EXPECTED_SOLVED:.0f} %."
-    return _judged(shown, text)
+    return _judged(shown, f"`{EXACT}` reaches {tight:g} on {parts}. Expected: {100 * EXPECTED_SOLVED:.0f} %.")
 
 
-def _pairs(table: Table, one: str, other: str) -> list[tuple[Row, Row]]:
-    """The ends of two solvers from the same starts in the penalty formulation."""
-    return [
-        (row, table.ends[instance, other])
-        for (instance, solver), row in table.ends.items()
-        if solver == one and instance[1] == "penalty" and (instance, other) in table.ends
-    ]
+def _pairs(table: Table, formulation: str, one: str, other: str) -> Frame:
+    """The ends of two solvers from the same starts; columns of the other have a `_` behind."""
+    ours, theirs = (table.answers(formulation, solver) for solver in (one, other))
+    return ours.merge(theirs, on=INSTANCE, suffixes=("", "_"))
 
 
 def _lower(table: Table) -> list[str]:
     said = []
     for steps in LONG:
-        pairs = _pairs(table, EXACT, steps)
-        if pairs:
-            met = [(ours, theirs) for ours, theirs in pairs if theirs.primal <= ADMISSIBLE]
-            below = sum(ours.energy < theirs.energy for ours, theirs in met)
-            anywhere = sum(ours.energy < theirs.lowest for ours, theirs in pairs)
+        pairs = _pairs(table, "penalty", EXACT, steps)
+        if len(pairs):
+            met = pairs[pairs.primal_ <= ADMISSIBLE]
+            below, anywhere = (met.energy < met.energy_).sum(), (pairs.energy < pairs.lowest_).sum()
             text = (
-                f"`{EXACT}` ends below `{steps}` on {below} of the {len(met)} starts where `{steps}` meets the rows, "
-                f"and below its lowest energy at any point, rows met or not, on {percent(anywhere, len(pairs))} % of "
-                f"{len(pairs)}; expected was {100 * EXPECTED_LOWER:.0f} % of the first."
+                f"`{EXACT}` ends below `{steps}` on {below} of the {len(met)} starts where `{steps}` meets the rows. "
+                f"Expected: {100 * EXPECTED_LOWER:.0f} %. It ends below the lowest energy that `{steps}` has at any "
+                f"point, rows met or not, on {percent(anywhere, len(pairs))} % of {len(pairs)} starts."
             )
             said.append(_judged(below >= EXPECTED_LOWER * len(met), text))
     return said
@@ -100,63 +83,96 @@ def _lower(table: Table) -> list[str]:
 
 def _faster(table: Table) -> list[str]:
     rows = table.of("penalty", EXACT, table.tolerances[-1])
-    times = [row.cpu for row in rows if row.reached]
-    if not times:
+    times = rows.cpu[rows.reached]
+    if not len(times):
         return []
-    slowest, middle = max(times), median(times)
     text = (
-        f"`{EXACT}` takes {short(middle)} s in the median and {short(slowest)} s at most, the release {RELEASE:g} s "
-        f"for one start as the paper prints it, on a desktop processor."
+        f"`{EXACT}` takes {middle(times, 2)} s in the median and {short(times.max())} s at most. The paper gives "
+        f"{RELEASE:g} s for one start of its release, on a desktop processor."
     )
-    said = [_judged(slowest < RELEASE, text)]
+    said = [_judged(times.max() < RELEASE, text)]
     for steps in SHORT:
-        pairs = [(a.cpu, b.cpu) for a, b in _pairs(table, EXACT, steps) if a.reached and math.isfinite(b.cpu)]
-        if pairs:
-            ratio = median(theirs / ours for ours, theirs in pairs)
-            faster = sum(ours < theirs for ours, theirs in pairs)
+        pairs = _pairs(table, "penalty", EXACT, steps)
+        pairs = pairs[pairs.reached & np.isfinite(pairs.cpu_)]
+        if len(pairs):
             said.append(
-                f"The same 200 steps on the functions here, `{steps}`, take {short(ratio)} times as long as `{EXACT}` "
-                f"in the median; it is faster on {faster} of {len(pairs)} starts."
+                f"The same 200 steps on the functions here, `{steps}`, take {middle(pairs.cpu_ / pairs.cpu, 2)} times "
+                f"as long as `{EXACT}` in the median. `{EXACT}` is faster on {(pairs.cpu < pairs.cpu_).sum()} of "
+                f"{len(pairs)} starts."
             )
     return said
 
 
 def _never(table: Table) -> list[str]:
-    tight = table.tolerances[-1]
-    said = []
-    for what, names in (("limited-memory Ipopt", (LIMITED,)), ("first-order steps", SHORT + LONG)):
+    said, tight = [], table.tolerances[-1]
+    for what, names in (("Limited-memory Ipopt reaches", (LIMITED,)), ("First-order steps reach", SHORT + LONG)):
         counts = [table.solved_at(f, name, tight) for f in table.formulations for name in names]
         solved, n = (sum(part) for part in zip(*counts, strict=True))
         if n:
-            reach = "reaches" if len(names) == 1 else "reach"
-            text = f"{what} {reach} {tight:g} on {percent(solved, n)} % of {n} runs; expected was none."
-            said.append(_judged(solved == 0, text))
+            said.append(_judged(not solved, f"{what} {tight:g} on {percent(solved, n)} % of {n} runs. Expected: none."))
     return said
 
 
-def hessians(table: Table) -> list[dict[str, str]]:
+def hessians(table: Table) -> Lines:
     """Exact against limited-memory Hessians on the same instances, a line for each formulation."""
-    lines = []
+    found = []
     for formulation in table.formulations:
-        keys = [i for (i, s) in table.ends if s == EXACT and i[1] == formulation and (i, LIMITED) in table.ends]
-        pairs = [(table.ends[i, EXACT], table.ends[i, LIMITED]) for i in keys]
-        if pairs:
-            lines.append({"formulation": formulation, "starts": str(len(pairs))} | _against(table, formulation, pairs))
-    return lines
+        pairs = _pairs(table, formulation, EXACT, LIMITED)
+        line = {"formulation": formulation, "starts": str(len(pairs))}
+        for what, solver in (("exact", EXACT), ("limited", LIMITED)):
+            counts = {t: table.solved_at(formulation, solver, t) for t in table.tolerances}
+            line |= {f"{what} reaches {t:g} [%]": percent(*count) for t, count in counts.items()}
+        line["iterations, limited over exact"] = _ratio(pairs, "iterations")
+        line["time, limited over exact"] = _ratio(pairs, "cpu")
+        line[f"time to {table.tolerances[-1]:g}, where both reach it"] = _ratio(pairs, "time")
+        if len(pairs):
+            found.append(line | {"exact ends lower": f"{(pairs.energy < pairs.energy_).sum()} of {len(pairs)}"})
+    return found
 
 
-def _against(table: Table, formulation: str, pairs: Sequence[tuple[Row, Row]]) -> dict[str, str]:
-    def ratio(of: Callable[[Row], float]) -> str:
-        found = sorted(of(b) / of(a) for a, b in pairs if of(a) > 0 and math.isfinite(of(a)) and math.isfinite(of(b)))
-        return short(median(found)) if found else "-"
+def _ratio(pairs: Frame, column: str) -> str:
+    """The median of limited over exact, where both are finite."""
+    exact, limited = pairs[column], pairs[f"{column}_"]
+    return middle((limited / exact)[(exact > 0) & np.isfinite(exact)], 2)
 
-    tight = table.tolerances[-1]
-    lower = sum(a.energy < b.energy for a, b in pairs)
-    return {
-        **{f"exact reaches {t:g} [%]": percent(*table.solved_at(formulation, EXACT, t)) for t in table.tolerances},
-        **{f"limited reaches {t:g} [%]": percent(*table.solved_at(formulation, LIMITED, t)) for t in table.tolerances},
-        "iterations, limited over exact": ratio(lambda row: float(row.iterations)),
-        "time, limited over exact": ratio(lambda row: row.cpu),
-        f"time to {tight:g}, where both reach it": ratio(lambda row: row.time),
-        "exact ends lower": f"{lower} of {len(pairs)}",
-    }
+
+def across(table: Table, solver: str) -> Lines:
+    """A line for each formulation; none unless the solver ran on two or more.
+
+    Energies are of different functions. So solutions are compared by the exact worst margin of each object's widest
+    feasible one, as `sgnlp solve` ranks them.
+    """
+    ran = [name for name in table.formulations if len(table.of(name, solver, table.tolerances[0]))]
+    return [_line(table, name, solver) for name in ran] if len(ran) > 1 else []
+
+
+def formulations_advice(table: Table, solver: str) -> list[str]:
+    """Which formulation is feasible most often, which meets the test of optimality, and which is quickest."""
+    lines, tight = across(table, solver), f"{table.tolerances[-1]:g}"
+
+    def first(column: str, sign: int) -> str:
+        line = min(lines, key=lambda line: sign * float(line[column].split()[0]))
+        shares = f"{line['feasible [%]']} % of {line['starts']} starts are feasible, {line[f'{tight} [%]']} % reach"
+        return f"`{line['formulation']}`. {shares} {tight}; the median time is {line['time [s]']} s."
+
+    return [
+        f"Feasible most often: {first('feasible [%]', -1)}",
+        f"Reaches {tight} most often: {first(f'{tight} [%]', -1)}",
+        f"Fastest: {first('time [s]', 1)}",
+    ]
+
+
+def _line(table: Table, formulation: str, solver: str) -> dict[str, str]:
+    ends = table.answers(formulation, solver)
+    margins = widest(ends)
+    planned = margins[np.isfinite(margins)]
+    line = {"formulation": formulation, "starts": str(len(ends))}
+    line |= {f"{t:g} [%]": percent(*table.solved_at(formulation, solver, t)) for t in table.tolerances}
+    line |= {"feasible [%]": percent(ends.feasible.sum(), len(ends)), "iterations": middle(ends.iterations)}
+    line |= {"time [s]": middle(ends.cpu), "mean time [s]": short(ends.cpu[np.isfinite(ends.cpu)].mean(), 3)}
+    return line | {"objects planned": f"{len(planned)} of {len(margins)}", "margin, mean": short(planned.mean(), 3)}
+
+
+def widest(ends: Frame) -> Frame:
+    """The widest worst margin of a feasible end for each object, -∞ where there is none."""
+    return ends.margin.where(ends.feasible, -math.inf).groupby(ends.object).max()

@@ -1,15 +1,6 @@
 """Studies: experiments over many objects, one file each, by the name that `sgnlp study` knows them by."""
 
-from sgnlp.experiments.studies import (
-    calibration,
-    comparison,
-    convergence,
-    defaults,
-    pose,
-    timing,
-    triangles,
-    weights,
-)
+from sgnlp.experiments.studies import calibration, comparison, convergence, defaults, pose, timing, triangles, weights
 from sgnlp.experiments.studies.study import Study
 
 STUDIES: dict[str, Study] = {

@@ -1,15 +1,19 @@
 """The calibration study: do the intervals of the implicit surface hold as much of the truth as they promise?
 
-At points of the true surface that a fingertip can touch, and at the centre of the pad that touches there, the metric
-distance d = μ/|∇μ| with its deviation σ_d = σ/|∇μ| against the true signed distance d*. Kernels, their length and the
-noise of a measured point are varied, and a factor on σ_d is fitted on half of the objects and judged on the others.
+The metric distance d = μ/|∇μ|, with its deviation σ_d = σ/|∇μ|, is compared with the true signed distance d*: at points
+of the true surface that a fingertip can touch, and at the centre of the pad that touches there. Kernels, their length
+and the noise of a measured point are varied. A factor on σ_d is fitted on half of the objects and judged on the others.
+
+An interval of level q is ± s Φ⁻¹((1 + q)/2) σ; it is calibrated where a share q of the errors lies inside. The errors
+are kept as quantiles, so that other intervals can be tried later.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 from pathlib import Path
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -17,16 +21,8 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
 from sgnlp.base.errors import InputError
-from sgnlp.experiments.studies.coverage import (
-    LEVELS,
-    QUANTILES,
-    coverage,
-    factor,
-    half_width,
-    kept_coverage,
-    quantiles,
-)
-from sgnlp.experiments.studies.study import Lines, Setup, Study, Tables, body, over_views
+from sgnlp.experiments.frames import Frame, Lines, Tables
+from sgnlp.experiments.studies.study import Setup, Study, body, over_views
 from sgnlp.perception.observation import Observation, load
 from sgnlp.perception.synthetic.meshes import Mesh
 from sgnlp.perception.synthetic.truth import signed_distance, surface_samples
@@ -37,14 +33,14 @@ from sgnlp.surface.training import training_set
 
 Array = NDArray[np.float64]
 
-SAMPLES = 1000
-"""Points drawn on each true surface, of which those out of reach are left out."""
-PAD = 0.012
-"""Radius of a fingertip's pad [m]."""
-OFFSETS = (0.0, PAD)
-"""Queries: points of the surface moved along the normal by this [m]."""
-CLEAR = 0.99
-"""A pad is clear of the rest of the object if its centre is this share of its radius away from all of it."""
+LEVELS = (0.5, 0.9, 0.95)
+QUANTILES = (0.0, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)
+"""Shares of the errors at which |z| is kept, z = error/σ."""
+FACTORS = np.geomspace(0.02, 20, 301)  # where the factor s is looked for, in steps of 2 %
+SAMPLES = 1000  # points drawn on each true surface, of which those out of reach are left out
+PAD = 0.012  # radius of a fingertip's pad [m]
+OFFSETS = (0.0, PAD)  # queries: points of the surface moved along the normal by this [m]
+CLEAR = 0.99  # A pad is clear of the rest of the object if its centre is this share of its radius away from all of it
 SEEN = 0.005
 """A point of the surface nearer than this to a measured one is seen [m]: the paper's noise of a measured point."""
 SIDES = ("seen", "unseen")
@@ -83,10 +79,9 @@ class Truth:
 
 
 def truth(observation: Observation, rng: np.random.Generator) -> Truth:
-    """Points where a pad can be: clear of the table and of all the object but the point.
+    """Points where a pad can be: clear of the table, and of the object except at the point.
 
-    Raises:
-        InputError: the problem does not bring its true surface along.
+    Raises `InputError`: the problem does not bring its true surface along.
     """
     if observation.mesh_vertices is None or observation.mesh_faces is None:
         raise InputError(f"'{observation.name}' comes without its true surface, 'mesh_vertices' and 'mesh_faces'")
@@ -128,91 +123,112 @@ def _sides(gpis: Gpis, known: Truth, seen: NDArray[np.bool_]) -> Iterator[tuple[
                 yield side, 1e3 * offset, len(e), *within, *means, quantiles(e, s)
 
 
-def halves(rows: Sequence[Row]) -> tuple[list[str], list[str]]:
+def half_width(level: float) -> float:
+    """Φ⁻¹((1 + level)/2), half the interval of a level in deviations."""
+    return NormalDist().inv_cdf((1 + level) / 2)
+
+
+def coverage(errors: Array, deviations: Array, level: float) -> float:
+    """Share of errors (Q,) inside their intervals."""
+    return float((np.abs(errors) <= half_width(level) * deviations).mean())
+
+
+def quantiles(errors: Array, deviations: Array) -> str:
+    """The `QUANTILES` of |z|, as a text of three digits each."""
+    return " ".join(f"{z:.3g}" for z in np.quantile(np.abs(errors) / deviations, QUANTILES))
+
+
+def kept_coverage(texts: Sequence[str], points: Sequence[int], level: float, factors: float | Array = 1.0) -> Array:
+    """Coverage over all points of several `quantiles`, of intervals widened by each factor s; to 1 % or so."""
+    widths = half_width(level) * np.atleast_1d(factors)
+    kept = [np.interp(widths, np.array(text.split(), float), QUANTILES, left=0.0) for text in texts]
+    return np.average(kept, axis=0, weights=points)
+
+
+def factor(groups: Sequence[tuple[Sequence[str], Sequence[int]]]) -> float:
+    """The s that brings the coverage of every group, at all `LEVELS`, nearest to the levels in the mean square.
+
+    A group is the `quantiles` and the numbers of points of several sets of errors.
+    """
+    misses = [(kept_coverage(*group, level, FACTORS) - level) ** 2 for group in groups for level in LEVELS]
+    return float(FACTORS[np.mean(misses, axis=0).argmin()])
+
+
+def halves(rows: Frame) -> tuple[list[str], list[str]]:
     """Every other body in the order of their names, and the others; the poses NAME_0, NAME_1 … are one body's."""
-    bodies = sorted({body(row.object) for row in rows})
+    bodies = sorted(set(map(body, rows.object)))
     return bodies[::2], bodies[1::2]
 
 
-def as_set(rows: Sequence[Row]) -> list[Row]:
+def as_set(rows: Frame) -> Frame:
     """The rows of the length and noise as they are set."""
-    noise = max(row.noise_mm for row in rows)
-    return [row for row in rows if (row.noise_mm, row.length) == (noise, 1.0)]
+    return rows[(rows.noise_mm == rows.noise_mm.max()) & (rows.length == 1.0)]
 
 
-def groups(rows: Sequence[Row]) -> list[list[Row]]:
-    """The rows of each side and offset: what a factor is to serve alike."""
-    found: dict[tuple[str, float], list[Row]] = {}
-    for row in rows:
-        found.setdefault((row.side, row.offset_mm), []).append(row)
-    return [found[key] for key in sorted(found)]
-
-
-def mean(rows: Sequence[Row], field: str) -> float:
+def mean(rows: Frame, field: str) -> float:
     """Mean of a field over all points."""
-    return float(np.average([getattr(row, field) for row in rows], weights=[row.points for row in rows]))
+    return float(np.average(rows[field], weights=rows.points))
 
 
-def kept(rows: Sequence[Row]) -> tuple[list[str], list[int]]:
-    """The quantiles of rows, and the points that each stands for."""
-    return [row.z for row in rows], [row.points for row in rows]
+def fitted(rows: Frame) -> float:
+    """The factor that serves every side and offset alike."""
+    return factor([(group.z, group.points) for _, group in rows.groupby(["side", "offset_mm"])])
 
 
-def coverage_table(rows: Sequence[Row]) -> Lines:
+def coverage_table(rows: Frame) -> Lines:
     """Coverage and error as things are set: a line for each kernel, number of cameras, side and offset."""
-    lines = []
-    for kernel, count in product(KERNELS, sorted({len(row.views.split()) for row in rows})):
-        for group in groups([row for row in as_set(rows) if (row.kernel, len(row.views.split())) == (kernel, count)]):
-            lines.append(
-                {"kernel": kernel, "cameras": str(count), "side": group[0].side}
-                | {"offset [mm]": f"{group[0].offset_mm:.0f}", "points": str(sum(row.points for row in group))}
-                | {f"within {100 * q:.0f} %": f"{100 * mean(group, f'within{100 * q:.0f}'):.0f}" for q in LEVELS}
-                | {f"{name} [mm]": f"{mean(group, f'{name}_mm'):.1f}" for name in ("bias", "error", "sigma")}
-            )
+    found, lines = as_set(rows), []
+    cameras, kernels = found.views.str.split().str.len(), found.kernel.map(list(KERNELS).index)
+    for (kernel, count, side, offset), group in found.groupby([kernels, cameras, found.side, found.offset_mm]):
+        lines.append(
+            {"kernel": list(KERNELS)[kernel], "cameras": str(count), "side": str(side)}
+            | {"offset [mm]": f"{offset:.0f}", "points": str(group.points.sum())}
+            | {f"within {100 * q:.0f} %": f"{100 * mean(group, f'within{100 * q:.0f}'):.0f}" for q in LEVELS}
+            | {f"{name} [mm]": f"{mean(group, f'{name}_mm'):.1f}" for name in ("bias", "error", "sigma")}
+        )
     return lines
 
 
-def factor_table(rows: Sequence[Row]) -> Lines:
+def factor_table(rows: Frame) -> Lines:
     """For each kernel, noise and length the factor fitted on one half, and what it does on the other.
 
-    Beside it the factors that each side alone would have, and the other half. Width is half the 90 % interval with the
-    factor, on the mean. `best` marks the least error of a kernel on the fitting half, the mean over sides and offsets.
+    Beside it stand the factors fitted on each side alone, and on the other half. Width is half the 90 % interval with
+    the factor, on the mean. `best` marks the least error of a kernel on the fitting half, the mean over sides and
+    offsets.
     """
-    fitted, judged = halves(rows)
     lines = []
+    tuning = rows.object.map(body).isin(halves(rows)[0])
     for kernel in KERNELS:
-        variants = dict.fromkeys((row.noise_mm, row.length) for row in rows if row.kernel == kernel)
-        chosen = [[row for row in rows if (row.kernel, row.noise_mm, row.length) == (kernel, *v)] for v in variants]
-        tuned = [[row for row in variant if body(row.object) in fitted] for variant in chosen]
-        other = [[row for row in variant if body(row.object) in judged] for variant in chosen]
-        errors = [np.mean([mean(group, "error_mm") for group in groups(half)]) for half in tuned]
-        for half, rest, error in zip(tuned, other, errors, strict=True):
-            lines.append(_factor_line(half, rest) | {"best": "yes" if error == min(errors) else ""})
+        variants = rows[rows.kernel == kernel].groupby(["noise_mm", "length"], sort=False)
+        pairs = [(found[tuning[found.index]], found[~tuning[found.index]]) for _, found in variants]
+        errors = [np.mean([mean(g, "error_mm") for _, g in half.groupby(["side", "offset_mm"])]) for half, _ in pairs]
+        for pair, error in zip(pairs, errors, strict=True):
+            lines.append(_factor_line(*pair) | {"best": "yes" if error == min(errors) else ""})
     return lines
 
 
-def _factor_line(tuned: Sequence[Row], judged: Sequence[Row]) -> dict[str, str]:
+def _factor_line(tuned: Frame, judged: Frame) -> dict[str, str]:
     """The line of a kernel, noise and length: rows of both halves."""
-    s = factor([kept(group) for group in groups(tuned)])
-    sides = [[row for row in judged if row.side == side] for side in SIDES]
-    own = [factor([kept(g) for g in groups([row for row in tuned if row.side == side])]) for side in SIDES]
-    line = {"kernel": tuned[0].kernel, "noise [mm]": f"{tuned[0].noise_mm:g}", "length": f"{tuned[0].length:g}"}
-    line |= {"factor": f"{s:.2f}", "seen / unseen": " / ".join(f"{f:.2f}" for f in own)}
-    line["other half's"] = f"{factor([kept(group) for group in groups(judged)]):.2f}"
-    for side, there in zip(SIDES, sides, strict=True):
-        shares = (float(kept_coverage(*kept(there), level, s)[0]) for level in LEVELS)
-        line[f"{side}: within 50, 90, 95 %"] = ", ".join(f"{100 * share:.0f}" for share in shares)
-    line["error [mm]"] = " / ".join(f"{mean(there, 'error_mm'):.1f}" for there in sides)
-    widths = [s * half_width(0.9) * mean(there, "sigma_mm") for there in sides]
+    s, first = fitted(tuned), tuned.iloc[0]
+    sides = {side: judged[judged.side == side] for side in SIDES}
+    line = {"kernel": first.kernel, "noise [mm]": f"{first.noise_mm:g}", "length": f"{first.length:g}"}
+    line["factor"] = f"{s:.2f}"
+    line["seen / unseen"] = " / ".join(f"{fitted(tuned[tuned.side == side]):.2f}" for side in SIDES)
+    line["other half's"] = f"{fitted(judged):.2f}"
+    for side, there in sides.items():
+        shares = (100 * float(kept_coverage(there.z, there.points, level, s)[0]) for level in LEVELS)
+        line[f"{side}: within 50, 90, 95 %"] = ", ".join(f"{share:.0f}" for share in shares)
+    line["error [mm]"] = " / ".join(f"{mean(there, 'error_mm'):.1f}" for there in sides.values())
+    widths = (s * half_width(0.9) * mean(there, "sigma_mm") for there in sides.values())
     return line | {"width [mm]": " / ".join(f"{width:.1f}" for width in widths)}
 
 
-def tables(rows: Sequence[Row]) -> Tables:
+def tables(rows: Frame) -> Tables:
     """Coverage as things are set, and the factors where there are objects for both halves."""
     found = {"Coverage and error as set": coverage_table(rows)}
-    fitted, judged = halves(rows)
+    tuned, judged = halves(rows)
     if judged:
-        names = f"fitted on {', '.join(fitted)}; judged on {', '.join(judged)}"
+        names = f"fitted on {', '.join(tuned)}; judged on {', '.join(judged)}"
         found[f"Factor on the deviation, {names}"] = factor_table(rows)
     return found
 
@@ -221,29 +237,25 @@ LABELS = {name: name.replace("_", " ") for name in KERNELS} | {"matern32": "Mat�
 """Names of the kernels in the figure."""
 
 
-def panels(rows: Sequence[Row]) -> list[Panel]:
+def panels(rows: Frame) -> list[Panel]:
     """Coverage over level for each side and offset, as things are set: a line for each kernel."""
-    levels = [q for q in QUANTILES if 0 < q < 1]
-    shown = []
-    for group in groups(as_set(rows)):
-        side, offset = group[0].side, group[0].offset_mm
-        series = tuple(
-            Series(LABELS.get(kernel, kernel), [100 * q for q in levels], [_share(group, kernel, q) for q in levels])
-            for kernel in KERNELS
-        )
+    shown, levels = [], [q for q in QUANTILES if 0 < q < 1]
+    for (side, offset), group in as_set(rows).groupby(["side", "offset_mm"]):
+        series = []
+        for kernel in KERNELS:
+            own = group[group.kernel == kernel]
+            shares = [100 * float(kept_coverage(own.z, own.points, level)[0]) for level in levels]
+            series.append(Series(LABELS.get(kernel, kernel), [100 * q for q in levels], shares))
         title = f"{side}, {offset:.0f} mm outside" if offset else f"{side}, on the surface"
-        shown.append(Panel(title, "level [%]", "within [%]", series, diagonal=True, y_range=(0, 102)))
+        shown.append(Panel(title, "level [%]", "within [%]", tuple(series), diagonal=True, y_range=(0, 102)))
     return shown
-
-
-def _share(rows: Sequence[Row], kernel: str, level: float) -> float:
-    return 100 * float(kept_coverage(*kept([row for row in rows if row.kernel == kernel]), level)[0])
 
 
 def facts(setup: Setup) -> dict[str, Any]:
     """Seed, settings of the surface, and how clouds are cleaned."""
-    gpis = {name: value for name, value in asdict(setup.settings.gpis).items() if name != "kernel"}
-    return {"seed": setup.seed, "gpis": gpis, "cleaning": setup.facts()["cleaning"]}
+    every = setup.facts()
+    every["settings"]["gpis"].pop("kernel")
+    return {"seed": setup.seed, "gpis": every["settings"]["gpis"], "cleaning": every["cleaning"]}
 
 
 STUDY = Study(
@@ -253,8 +265,8 @@ STUDY = Study(
     tables=tables,
     panels=panels,
     caption=(
-        "Share of the true surface within intervals of a level, by kernel as set, on the objects that no factor "
-        "was fitted on; on the grey diagonal an interval holds what it promises."
+        "Share of the true surface within intervals of a level, by kernel as set, on all objects; "
+        "on the grey diagonal an interval holds what it promises."
     ),
     facts=facts,
 )

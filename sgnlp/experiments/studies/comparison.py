@@ -1,19 +1,20 @@
 """The paper's comparison: fourteen objects in seven poses, its ablations and baselines, beside its own numbers.
 
-The paper tried five poses of each real object (its Tab. II); here the first choice is carried out in simulation on the
-true shape, while the plan knew the partial cloud alone.
+The paper tried five poses of each real object (its Tab. II). Here a plan is made from the partial cloud alone, and its
+first choice is carried out in simulation on the true shape.
 """
 
 from collections.abc import Iterator, Sequence
 from functools import partial
+from math import nan
 
 from sgnlp.base.presets import VARIANTS
+from sgnlp.experiments.frames import Frame, Lines, Tables, frame, lines
 from sgnlp.experiments.studies import trials
 from sgnlp.experiments.studies.failures import Failed, again
-from sgnlp.experiments.studies.study import Case, Lines, Setup, Study, Tables, body
+from sgnlp.experiments.studies.study import Setup, Study, body
 from sgnlp.experiments.studies.trials import LOADS, Condition, Row
-from sgnlp.perception.observation import Observation, load
-from sgnlp.show.plots import Panel
+from sgnlp.perception.observation import load
 
 CONDITIONS = (
     Condition("3 views", 3),
@@ -35,7 +36,7 @@ PAIRS = (
     ("3 views", "2 views"),
     ("2 views", "1 view"),
 )
-"""What is told apart, on the same problems."""
+"""Conditions compared on the same problems."""
 PAPER: dict[str, tuple[int, ...]] = {
     "mustard": (90, 100, 80, 70, 90, 50, 60, 60),
     "lego": (90, 70, 80, 70, 60, 70, 50, 50),
@@ -54,76 +55,61 @@ PAPER: dict[str, tuple[int, ...]] = {
 }
 """Success in percent of five trials on the real robot, in the order of `CONDITIONS`; 13 cells of it cannot be the
 result of five trials as the paper counts them."""
+MEASURED = ["penetration_mm", "rise_mm", "slip_mm", "shift_error_mm"]  # what the table of failures tells of a trial
 
 
-def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:
-    """Every object in every condition."""
-    return trials.cases(CONDITIONS, setup, observations)
-
-
-def tables(rows: Sequence[Row]) -> Tables:
+def tables(rows: Frame) -> Tables:
     """Success by object beside the paper's, under each load, then totals, endings and every failure."""
-    names = trials.present(rows)
     found = {
         **{f"Success in percent, {name}; in brackets the paper's real trials": by_object(rows, name) for name in LOADS},
-        "Success in percent with 95 % intervals": trials.totals(rows, names),
+        "Success in percent with 95 % intervals": trials.totals(rows),
         "The same held-out problems under two conditions, p of the exact sign test": trials.paired(rows, PAIRS),
-        "Endings": trials.endings(rows, names),
+        "Endings": trials.endings(rows),
         "Failures of the held-out half from 1, 2 and 3 views": failures(rows),
     }
     return {title: lines for title, lines in found.items() if lines}
 
 
-def by_object(rows: Sequence[Row], load_name: str) -> Lines:
+def by_object(rows: Frame, load_name: str) -> Lines:
     """A line for each object and one for all: ours (the paper's)."""
-    bodies = sorted({body(row.object) for row in rows})
-    lines = [_line(name, [row for row in rows if (body(row.object), row.load) == (name, load_name)]) for name in bodies]
-    return [*lines, _line("all", [row for row in rows if row.load == load_name])]
-
-
-def _line(name: str, rows: Sequence[Row]) -> dict[str, str]:
-    line = {"object": name}
-    columns = zip(*PAPER.values(), strict=True)
-    for i, (condition, column) in enumerate(zip(CONDITIONS, columns, strict=True)):
-        found = [row.score for row in rows if row.condition == condition.name]
-        theirs = PAPER[name][i] if name in PAPER else round(sum(column) / len(column))
-        known = name in PAPER or name == "all"
-        line[condition.name] = (f"{100 * sum(found) / len(found):.0f}" if found else "-") + f" ({theirs})" * known
-    return line
-
-
-def failures(rows: Sequence[Row]) -> Lines:
-    """Each trial of the plain conditions that did not hold, with what is known of it."""
+    theirs = PAPER | {"all": tuple(round(sum(column) / len(column)) for column in zip(*PAPER.values(), strict=True))}
+    found = rows[rows.load == load_name].assign(object=rows.object.map(body))
+    means = found.pivot_table("score", "object", "condition", margins=True, margins_name="all")
     return [
-        {"object": row.object, "condition": row.condition, "load": row.load, "ending": row.ending}
-        | {name: f"{getattr(row, name):.1f}" for name in ("penetration_mm", "rise_mm", "slip_mm", "shift_error_mm")}
-        for row in failed(rows)
+        {"object": str(name)}
+        | {
+            condition.name: f"{100 * ours.get(condition.name, nan):.0f}".replace("nan", "-")
+            + (f" ({theirs[name][i]})" if name in theirs else "")
+            for i, condition in enumerate(CONDITIONS)
+        }
+        for name, ours in means.iterrows()
     ]
 
 
-def failed(rows: Sequence[Row]) -> list[Row]:
+def failures(rows: Frame) -> Lines:
+    """Each trial that `failed`, with what is known of it."""
+    lost = failed(rows)
+    return lines(lost[["object", "condition", "load", "ending"]].join(lost[MEASURED].map("{:.1f}".format)))
+
+
+def failed(rows: Frame) -> Frame:
     """The trials of the plain conditions on the held-out half that did not hold."""
     plain = [condition.name for condition in CONDITIONS[:3]]
-    return [row for row in rows if row.condition in plain and row.half == "held_out" and row.score < 1]
+    return rows[rows.condition.isin(plain) & (rows.half == "held_out") & (rows.score < 1)]
 
 
 def looked_at(setup: Setup, rows: Sequence[Row]) -> Iterator[Failed]:
     """Those trials carried out again."""
     files = {load(file).name: file for file in setup.files}
-    return (again(setup, files, CONDITIONS, row) for row in failed(rows))
-
-
-def panels(rows: Sequence[Row]) -> list[Panel]:
-    """Success of every condition."""
-    return trials.panels(rows, trials.present(rows))
+    return (again(setup, files, CONDITIONS, rows[i]) for i in failed(frame(rows)).index)
 
 
 STUDY = Study(
     question="how often does the first choice lift the object, against the paper's ablations and baselines?",
     row=Row,
-    cases=cases,
+    cases=partial(trials.cases, CONDITIONS),
     tables=tables,
-    panels=panels,
+    panels=trials.panels,
     facts=partial(trials.facts, CONDITIONS),
     failed=looked_at,
     caption=(

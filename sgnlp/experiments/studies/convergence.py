@@ -1,69 +1,57 @@
 """The convergence study: does every start solve, is it feasible, and is its energy below that of AdamW?
 
-For each object seen from one, two and three cameras, and each start: the plan in the formulation of the settings,
-and in the penalty formulation Ipopt's smoothed energy against the lowest on the way of a first-order optimiser.
+Each object is seen from one, two and three cameras. For each start there is the plan in the formulation of the
+settings, and in the penalty formulation Ipopt's smoothed energy against the lowest that a first-order optimiser met.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from math import isfinite, nan
+from math import nan
 from pathlib import Path
-from statistics import median
-from typing import Any, get_type_hints
+
+import numpy as np
 
 from sgnlp.base.settings import Settings
-from sgnlp.experiments.studies.study import Lines, Setup, Study, over_views
+from sgnlp.experiments.frames import Frame, Lines, curves
+from sgnlp.experiments.studies.study import Setup, Study, over_views
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation, load
 from sgnlp.planning.firstorder import descend
 from sgnlp.planning.ipopt import Planner
 from sgnlp.planning.pool import Failure, map_starts, solve_start
-from sgnlp.planning.problem import build_problem
+from sgnlp.planning.problem import pose
 from sgnlp.planning.solution import SOLVED_FACTOR
 from sgnlp.planning.starts import Start, starts
 from sgnlp.program.nlp import ENERGY_UNIT
-from sgnlp.show.plots import Panel, Series
+from sgnlp.show.plots import Panel
 
-OPTIMISER, STEPS = "adamw", 1000
-"""The first-order opponent, and five times the steps that the release gives it."""
+OPTIMISER, STEPS = "adamw", 1000  # the first-order opponent, and five times the steps that the release gives it
 
 
 @dataclass(frozen=True)
 class Row:
-    """One start of one case. Energies are the smoothed ones of the penalty formulation, weighted."""
+    """One start of one case. Energies are the smoothed ones of the penalty formulation, weighted.
+
+    `first_order_energy` is the lowest where the rows are met, infinite if they never are; `first_order_anywhere` is the
+    lowest at any point.
+    """
 
     object: str
     view_names: str
     start: int
-    solved: bool
-    feasible: bool
-    worst_margin: float
-    kkt: float
-    iterations: int
-    seconds: float
-    status: str
-    penalty_energy: float
-    penalty_solved: bool
-    penalty_iterations: int
-    first_order_energy: float
-    first_order_anywhere: float
+    solved: bool = False
+    feasible: bool = False
+    worst_margin: float = nan
+    kkt: float = nan
+    iterations: int = 0
+    seconds: float = nan
+    status: str = ""
+    penalty_energy: float = nan
+    penalty_solved: bool = False
+    penalty_iterations: int = 0
+    first_order_energy: float = nan
+    first_order_anywhere: float = nan
     failure: str = ""
-
-    @property
-    def comparable(self) -> bool:
-        """Whether the first-order optimiser came to a point that meets the rows."""
-        return isfinite(self.first_order_energy)
-
-    @property
-    def lower(self) -> bool:
-        """Whether Ipopt's penalty energy is below the first-order one, both taken where the rows are met."""
-        return self.comparable and self.penalty_energy < self.first_order_energy
-
-    @property
-    def lower_than_anywhere(self) -> bool:
-        """The same against the lowest first-order energy at any point, rows met or not."""
-        return self.penalty_energy < self.first_order_anywhere
 
 
 def compare(planner: Planner, start: Start) -> Row:
@@ -93,78 +81,64 @@ def compare(planner: Planner, start: Start) -> Row:
 
 
 def case(
-    observation: Observation,
-    hand: Hand,
-    settings: Settings,
-    *,
-    count: int,
-    seed: int,
-    timeout: float,
+    observation: Observation, hand: Hand, settings: Settings, *, count: int, seed: int, timeout: float
 ) -> list[Row]:
     """The rows of one observation, in the order of the starts; a failed start is a row that says why."""
-    problem = build_problem(observation, hand, settings, seed)
-    names = " ".join(observation.view_names)
-    rows = []
-    for result in map_starts(compare, problem, starts(problem, count, seed), 1, timeout):
-        row = _failed(result) if isinstance(result, Failure) else result
-        rows.append(replace(row, object=observation.name, view_names=names))
-    return sorted(rows, key=lambda row: row.start)
+    problem = pose(observation, hand, settings, seed)
+    found = map_starts(compare, problem, starts(problem, count, seed), 1, timeout)
+    rows = [Row("", "", row.start, failure=row.reason) if isinstance(row, Failure) else row for row in found]
+    views = " ".join(observation.view_names)
+    named = (replace(row, object=observation.name, view_names=views) for row in rows)
+    return sorted(named, key=lambda row: row.start)
 
 
 def rows_of(setup: Setup, file: Path, views: list[str]) -> list[Row]:
     """The rows of an object as some cameras see it."""
-    hand = load_hand(setup.hand, setup.settings.spheres)
-    options = {"count": setup.starts, "seed": setup.seed, "timeout": setup.timeout}
-    return case(load(file, views=views), hand, setup.settings, **options)  # type: ignore[arg-type]
+    hand, seen = load_hand(setup.hand, setup.settings.spheres), load(file, views=views)
+    return case(seen, hand, setup.settings, count=setup.starts, seed=setup.seed, timeout=setup.timeout)
 
 
-def _failed(failure: Failure) -> Row:
-    empty: dict[str, Any] = {"str": "", "int": 0, "float": float("nan"), "bool": False}
-    values = {name: empty[kind.__name__] for name, kind in get_type_hints(Row).items()}
-    return Row(**values | {"start": failure.start, "failure": failure.reason})
+def judged(rows: Frame) -> Frame:
+    """The rows with whether AdamW met the rows, and whether Ipopt's energy is below its lowest there and anywhere."""
+    met = np.isfinite(rows.first_order_energy)
+    below = met & (rows.penalty_energy < rows.first_order_energy)
+    return rows.assign(met=met, below=below, below_anywhere=rows.penalty_energy < rows.first_order_anywhere)
 
 
-def table(rows: Sequence[Row]) -> Lines:
+def table(rows: Frame) -> Lines:
     """One line a case and a last one over all."""
-    cases = dict.fromkeys((row.object, row.view_names) for row in rows)
-    lines = [
-        _line(name, views, [r for r in rows if (r.object, r.view_names) == (name, views)]) for name, views in cases
-    ]
-    return [*lines, _line("all", "", list(rows))]
+    rows = judged(rows)
+    cases = rows.groupby(["object", "view_names"], sort=False)
+    return [*(_line(str(name), str(views), case) for (name, views), case in cases), _line("all", "", rows)]
 
 
-def _line(name: str, views: str, rows: list[Row]) -> dict[str, str]:
-    ended = [row for row in rows if not row.failure]
-    numbers = {
-        "starts": len(rows),
-        "solved": sum(row.solved for row in rows),
-        "feasible": sum(row.feasible for row in rows),
-        "median iterations": median(row.iterations for row in ended) if ended else "-",
-        "median time [s]": f"{median(row.seconds for row in ended):.2f}" if ended else "-",
-        "penalty solved": sum(row.penalty_solved for row in rows),
-        "AdamW meets the rows": sum(row.comparable for row in rows),
-        "below AdamW there": sum(row.lower for row in rows),
-        "below AdamW anywhere": sum(row.lower_than_anywhere for row in rows),
+def _line(name: str, views: str, rows: Frame) -> dict[str, str]:
+    ended = rows[rows.failure == ""]
+    return {
+        "object": name,
+        "views": views,
+        "starts": str(len(rows)),
+        "solved": str(rows.solved.sum()),
+        "feasible": str(rows.feasible.sum()),
+        "median iterations": f"{ended.iterations.median():g}" if len(ended) else "-",
+        "median time [s]": f"{ended.seconds.median():.2f}" if len(ended) else "-",
+        "penalty solved": str(rows.penalty_solved.sum()),
+        "AdamW meets the rows": str(rows.met.sum()),
+        "below AdamW there": str(rows.below.sum()),
+        "below AdamW anywhere": str(rows.below_anywhere.sum()),
     }
-    return {"object": name, "views": views} | {key: str(value) for key, value in numbers.items()}
 
 
-def panels(rows: Sequence[Row]) -> list[Panel]:
-    """Starts that solve, are feasible and end below AdamW, by the number of cameras."""
-    counts = sorted({len(row.view_names.split()) for row in rows})
-    groups = [[row for row in rows if len(row.view_names.split()) == count] for count in counts]
+def panels(rows: Frame) -> list[Panel]:
+    """The shares of starts that are feasible and that end below AdamW, by the number of cameras."""
+    rows = judged(rows)
     shares = {
-        "feasible": [_share([row.feasible for row in group]) for group in groups],
-        "below AdamW where it meets the rows": [_share([r.lower for r in group if r.comparable]) for group in groups],
-        "below AdamW anywhere": [_share([row.lower_than_anywhere for row in group]) for group in groups],
+        "feasible": rows.feasible,
+        "below AdamW where it meets the rows": rows.below.astype(float).where(rows.met),
+        "below AdamW anywhere": rows.below_anywhere,
     }
-    series = tuple(Series(label, counts, values) for label, values in shares.items())
-    return [Panel("Starts", "cameras", "share [%]", series, bars=True)]
-
-
-def _share(held: Sequence[bool]) -> float:
-    """In percent, NaN of none."""
-    return 100 * sum(held) / len(held) if held else nan
+    means = 100 * rows.assign(**shares)[[*shares]].groupby(rows.view_names.str.split().str.len()).mean()
+    return [Panel("Starts", "cameras", "share [%]", curves(means), bars=True)]
 
 
 STUDY = Study(

@@ -1,8 +1,7 @@
 """How the defaults were chosen: one step at a time, from the paper's weights with its errata corrected.
 
-Each step changes some settings of an earlier one. They are chosen by the tuning half of the problems, and judged by
-the half that is held out. The settings are whole: those of the command line have no say, and others than the default
-are refused.
+Each step changes some settings of an earlier one. Steps are chosen on the tuning half of the problems and judged on
+the held-out half. The study has its own settings and refuses those of the command line.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,15 +12,14 @@ from typing import Any
 from sgnlp.base.errors import InputError
 from sgnlp.base.presets import PAPER, ROBUST
 from sgnlp.base.settings import Settings
+from sgnlp.experiments.frames import Frame, Lines, Tables
 from sgnlp.experiments.studies import trials
-from sgnlp.experiments.studies.study import Case, Lines, Setup, Study, Tables
-from sgnlp.experiments.studies.trials import LOADS, Condition, Row
+from sgnlp.experiments.studies.study import Case, Setup, Study
+from sgnlp.experiments.studies.trials import HALVES, LOADS, Condition
 from sgnlp.perception.observation import Observation
-from sgnlp.show.plots import Panel
 
 CAMERAS = 2
-FINAL = "exterior noise 0.05 m"
-"""The step that ends at the robust preset."""
+FINAL = "exterior noise 0.05 m"  # the step that ends at the robust preset
 
 
 @dataclass(frozen=True)
@@ -88,69 +86,52 @@ CONDITIONS = tuple(Condition(name, step.cameras, partial(_given, settings_of(nam
 
 
 def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:
-    """Every object in every step.
-
-    Raises:
-        InputError: the settings are not the default, which would have no effect.
-    """
+    """Every object in every step; raises `InputError` if the settings are not the default, as they have no effect."""
     if setup.settings != ROBUST:
         raise InputError("the study of the defaults has its own settings: leave out --preset and the flags of settings")
     return trials.cases(CONDITIONS, setup, observations)
 
 
-def table(load_name: str, rows: Sequence[Row]) -> Lines:
-    """A line for each step under a load: success on both halves and what it gained over the step that it changes."""
-    names = [name for name in STEPS if name in trials.present(rows)]
+def table(load_name: str, rows: Frame) -> Lines:
+    """A line for each step under a load: success on both halves, and the gain over the step that it changes."""
     lines = []
-    for line in trials.totals(rows, names):
+    for line in trials.totals(rows[rows.load == load_name]):
         name = line["condition"]
-        if line["load"] == load_name:
-            gains = {f"gain, {half}": gain(rows, name, load_name, key) for key, half in trials.HALVES.items()}
-            kept = {key: value for key, value in line.items() if key not in ("condition", "load", "all")}
-            lines.append({"step": name, "changes": STEPS[name].before} | kept | gains)
+        found = {"step": name, "changes": STEPS[name].before}
+        found |= {key: text for key, text in line.items() if key not in ("condition", "load", "all")}
+        lines.append(found | {f"gain, {text}": gain(rows, name, load_name, half) for half, text in HALVES.items()})
     return lines
 
 
-def gain(rows: Sequence[Row], name: str, load_name: str, half: str) -> str:
-    """Points of success that a step gained over that before it, on the objects of a half that have both."""
-    now, before = (
-        {row.object: row.score for row in trials.of(rows, condition, load_name, half)}
-        for condition in (name, STEPS[name].before)
-    )
-    both = now.keys() & before.keys()
-    return f"{100 * sum(now[key] - before[key] for key in both) / len(both):+.0f}" if both else "-"
+def gain(rows: Frame, name: str, load_name: str, half: str) -> str:
+    """Points of success gained over the step before, on the objects of a half that have both."""
+    names = (name, STEPS[name].before)
+    now, before = (trials.of(rows, each, load_name, half).set_index("object").score for each in names)
+    gained = (now - before).dropna()
+    return f"{100 * gained.mean():+.0f}" if len(gained) else "-"
 
 
 def meaning() -> Lines:
     """A line for each step: what it changes."""
     return [
-        {
-            "step": name,
-            "changes": step.before or "the preset paper",
-            "cameras": str(step.cameras),
-            "settings": ", ".join(f"{name} = {value}" for name, value in step.changes.items()),
-        }
+        {"step": name, "changes": step.before or "the preset paper", "cameras": str(step.cameras)}
+        | {"settings": ", ".join(f"{name} = {value}" for name, value in step.changes.items())}
         for name, step in STEPS.items()
     ]
 
 
-def tables(rows: Sequence[Row]) -> Tables:
+def tables(rows: Frame) -> Tables:
     """Success under each load, how the trials ended, and what the steps are."""
     found = {f"Success in percent with 95 % intervals, {name}": table(name, rows) for name in LOADS}
-    return found | {"Endings": trials.endings(rows, trials.present(rows)), "Steps": meaning()}
-
-
-def panels(rows: Sequence[Row]) -> list[Panel]:
-    """Success of every step on the half that they were chosen with."""
-    return trials.panels(rows, trials.present(rows), "tuning")
+    return found | {"Endings": trials.endings(rows), "Steps": meaning()}
 
 
 STUDY = Study(
     question="how were the defaults chosen, and what does each step from the paper to them gain?",
-    row=Row,
+    row=trials.Row,
     cases=cases,
     tables=tables,
-    panels=panels,
+    panels=partial(trials.panels, half="tuning"),
     caption=(
         "Success of the first choice in simulation under two loads, for each step from the paper's settings to the "
         "defaults and for what was tried beside them, on problems of the tuning half, with Wilson's 95 % intervals."

@@ -17,10 +17,8 @@ from sgnlp.simulation import Outcome, true_body
 
 Array = NDArray[np.float64]
 
-SURFACE_ERROR = 5e-3
-"""A pad for which the surface is further off than this [m], a quarter of the pads' size, has missed it."""
-MOTION_ERROR = 10.0
-"""An object whose equilibrium is further off than this [mm], the shift that the plan allows, was moved by surprise."""
+SURFACE_ERROR = 5e-3  # A pad has missed the surface if that is further off than this [m], a quarter of the pads' size
+MOTION_ERROR = 10.0  # an equilibrium further off than this [mm], the shift that the plan allows, is told as a reason
 
 
 @dataclass(frozen=True, eq=False)

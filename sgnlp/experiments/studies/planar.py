@@ -15,10 +15,8 @@ from scipy.optimize import linprog
 
 Array = NDArray[np.float64]
 
-CUTS = 20
-"""Linear programs for a motion at most: each but the first adds a cut to the condition on the stiffness."""
-TOLERANCE = 1e-6
-"""Of the stiffness, relative to what is asked for."""
+CUTS = 20  # linear programs for a motion at most: each but the first adds a cut to the condition on the stiffness
+TOLERANCE = 1e-6  # of the stiffness, relative to what is asked for
 
 
 def cross(a: Array, b: Array) -> Array:

@@ -1,26 +1,25 @@
 """The study of E_pose: the object is to rise by 1 cm while it is grasped, before it is lifted.
 
-The planned motion of the object's true centre of mass to the equilibrium against the simulated one, from where the
-object was given until rest, and both again without E_pose. The plan counts on the mass that is simulated, and on
-gravity with it: springs sag by m g/Σk.
+The planned motion of the object's true centre of mass to the equilibrium is compared with the simulated one, from
+where the object was given until rest, with E_pose and without. The plan knows the mass that is simulated: springs sag
+by m g/Σk.
 """
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import hypot, nan
 from pathlib import Path
-from statistics import mean
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.base.presets import VARIANTS
 from sgnlp.base.settings import Settings
+from sgnlp.experiments.frames import Frame, Lines, Tables, lines
 from sgnlp.experiments.studies import trials
-from sgnlp.experiments.studies.study import Case, Lines, Setup, Study, Tables
+from sgnlp.experiments.studies.defaults import changed
+from sgnlp.experiments.studies.study import Setup, Study
 from sgnlp.experiments.studies.trials import LOADS, NO_PLAN, Condition
-from sgnlp.perception.observation import Observation
 from sgnlp.perception.synthetic.meshes import Mesh
 from sgnlp.show.plots import Panel, Series
 from sgnlp.simulation import true_body
@@ -28,19 +27,19 @@ from sgnlp.simulation import true_body
 Array = NDArray[np.float64]
 
 CAMERAS = 3
-"""All of the problem set, for the motion is judged here and not the surface."""
+"""All of the problem set: the motion is judged here, not the surface."""
 LIGHT = next(iter(LOADS))
 
 
-def _carried(change: Callable[[Settings], Settings]) -> Callable[[Settings], Settings]:
-    """A change of the settings that plans for the mass that is simulated, too."""
-    return lambda s: change(replace(s, contact=replace(s.contact, mass=LOADS[LIGHT].mass)))
+def _carried(settings: Settings) -> Settings:
+    """Settings with the mass that is simulated."""
+    return changed(settings, {"contact.mass": LOADS[LIGHT].mass})
 
 
 WITH, WITHOUT = "E_pose", "without"
 CONDITIONS = (
-    Condition(WITH, CAMERAS, _carried(VARIANTS["lift"])),
-    Condition(WITHOUT, CAMERAS, _carried(lambda settings: settings)),
+    Condition(WITH, CAMERAS, lambda settings: VARIANTS["lift"](_carried(settings))),
+    Condition(WITHOUT, CAMERAS, _carried),
 )
 
 
@@ -51,29 +50,18 @@ class Row:
     object: str
     condition: str
     feasible: int
-    ending: str
-    planned_rise: float
-    planned_drift: float
-    rise: float
-    drift: float
-    turn_error_deg: float
-
-    @property
-    def error(self) -> float:
-        """Simulated less planned rise [mm]."""
-        return self.rise - self.planned_rise
-
-
-def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:
-    """Every object with E_pose and without."""
-    return trials.cases(CONDITIONS, setup, observations, risen)
+    ending: str = NO_PLAN
+    planned_rise: float = nan
+    planned_drift: float = nan
+    rise: float = nan
+    drift: float = nan
+    turn_error_deg: float = nan
 
 
 def risen(setup: Setup, file: Path, condition: Condition, views: list[str]) -> list[Row]:
     """The row of one object in one condition; what was not reached is NaN."""
     plan = trials.planned(setup, file, condition, views)
-    feasible = sum(solution.feasible for solution in plan.solutions)
-    row = Row(plan.observation.name, condition.name, feasible, NO_PLAN, nan, nan, nan, nan, nan)
+    row = Row(plan.observation.name, condition.name, trials.feasible(plan))
     if plan.best is None:
         return [row]
     truth = true_body(plan.observation)
@@ -93,66 +81,52 @@ def motion(rotation: Array, translation: Array, centre: Array) -> tuple[float, f
     return float(z), hypot(x, y)
 
 
-def closed(rows: Sequence[Row], condition: str) -> list[Row]:
-    """The rows of a condition whose motion was simulated."""
-    return [row for row in rows if row.condition == condition and row.rise == row.rise]
+def by_object(rows: Frame) -> Lines:
+    """A line for each object: planned and simulated rise and ending, with E_pose and without."""
+    texts = rows[["object", "condition"]].assign(
+        planned=rows.planned_rise.map("{:.1f}".format), simulated=rows.rise.map("{:.1f}".format), ending=rows.ending
+    )
+    wide = texts.pivot(index="object", columns="condition").swaplevel(axis=1)
+    columns = [(condition, field) for condition in (WITH, WITHOUT) for field in ("planned", "simulated", "ending")]
+    wide = wide.reindex(index=rows.object.unique(), columns=columns, fill_value="-").fillna("-")
+    return lines(wide.set_axis(map(": ".join, columns), axis=1).reset_index(names="object"))
 
 
-def by_object(rows: Sequence[Row]) -> Lines:
-    """A line for each object: planned → simulated rise with and without E_pose."""
-    found = {(row.object, row.condition): row for row in rows}
-    return [
-        {"object": name}
-        | {
-            f"{condition.name}: {field}": text
-            for condition in CONDITIONS
-            for field, text in _fields(found.get((name, condition.name))).items()
-        }
-        for name in dict.fromkeys(row.object for row in rows)
-    ]
-
-
-def _fields(row: Row | None) -> dict[str, str]:
-    if row is None:
-        return dict.fromkeys(("planned", "simulated", "ending"), "-")
-    return {"planned": f"{row.planned_rise:.1f}", "simulated": f"{row.rise:.1f}", "ending": row.ending}
-
-
-def means(rows: Sequence[Row]) -> Lines:
-    """A line for each condition: means over the objects whose motion was simulated, and how many there are of all."""
-    lines = []
-    for condition in CONDITIONS:
-        group, count = closed(rows, condition.name), sum(row.condition == condition.name for row in rows)
+def means(rows: Frame) -> Lines:
+    """A line for each condition: means over the objects whose motion was simulated, and how many those are."""
+    found = []
+    for condition in (WITH, WITHOUT):
+        group = rows[rows.condition == condition]
+        closed = group.dropna(subset="rise")
         numbers = {
-            "planned rise": [row.planned_rise for row in group],
-            "simulated rise": [row.rise for row in group],
-            "|error|": [abs(row.error) for row in group],
-            "planned drift": [row.planned_drift for row in group],
-            "simulated drift": [row.drift for row in group],
+            "planned rise": closed.planned_rise,
+            "simulated rise": closed.rise,
+            "|error|": (closed.rise - closed.planned_rise).abs(),
+            "planned drift": closed.planned_drift,
+            "simulated drift": closed.drift,
         }
-        lines.append(
-            {"condition": condition.name, "objects": f"{len(group)} of {count}"}
-            | {f"{name} [mm]": f"{mean(values):.1f}" if values else "-" for name, values in numbers.items()}
-        )
-    return lines
+        texts = {f"{name} [mm]": f"{v.mean():.1f}" if len(v) else "-" for name, v in numbers.items()}
+        found.append({"condition": condition, "objects": f"{len(closed)} of {len(group)}"} | texts)
+    return found
 
 
-def tables(rows: Sequence[Row]) -> Tables:
+def tables(rows: Frame) -> Tables:
     """Means, then every object."""
     return {f"Rise while grasping, {LIGHT}": means(rows), "Rise while grasping [mm], by object": by_object(rows)}
 
 
-def panels(rows: Sequence[Row]) -> list[Panel]:
+def panels(rows: Frame) -> list[Panel]:
     """Simulated over planned rise, a point for each object."""
-    shown = {c.name: closed(rows, c.name) for c in CONDITIONS}
-    series = (Series(n, [r.planned_rise for r in g], [r.rise for r in g], look="points") for n, g in shown.items())
-    return [Panel("Rise while grasping", "planned [mm]", "simulated [mm]", tuple(series), diagonal=True)]
+    closed = rows.dropna(subset="rise")
+    groups = ((name, closed[closed.condition == name]) for name in (WITH, WITHOUT))
+    series = tuple(Series(name, list(g.planned_rise), list(g.rise), look="points") for name, g in groups)
+    return [Panel("Rise while grasping", "planned [mm]", "simulated [mm]", series, diagonal=True)]
 
 
 STUDY = Study(
     question="does an object that is to rise by 1 cm while it is grasped rise so?",
     row=Row,
-    cases=cases,
+    cases=partial(trials.cases, CONDITIONS, work=risen),
     tables=tables,
     panels=panels,
     caption=(

@@ -1,7 +1,7 @@
 """The anatomy of a study: cases give rows, and rows give tables and a figure.
 
-A study is a file beside this one, ending in its `Study`, and a line in `STUDIES` (`__init__.py`). The rest is common:
-the cases run in processes, each case's rows are kept as it ends, and those that are kept are not run again.
+A study is a file beside this one that ends in its `Study`, and a line in `STUDIES` (`__init__.py`). The rest is common:
+the cases run in processes, the rows of a case are kept when it ends, and a case that has rows is not run again.
 """
 
 import math
@@ -14,18 +14,14 @@ from typing import Any
 
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
+from sgnlp.experiments.frames import Frame, Tables
 from sgnlp.perception.observation import Observation, ObservationSettings, load
 from sgnlp.planning import results
 from sgnlp.planning.workers import Workers, each, one_at_a_time
 from sgnlp.show.plots import Panel
 
 Key = tuple[str, ...]
-Lines = list[dict[str, str]]
-"""The lines of a table, all of the same keys."""
-Tables = dict[str, Lines]
-"""Tables by their titles."""
-REST = 2.0
-"""Rows are written every so many seconds at most, and at the end however it comes: thousands of cases end faster."""
+REST = 2.0  # rows are written this often at most [s], and at the end: some studies have thousands of short cases
 
 
 @dataclass(frozen=True)
@@ -45,22 +41,17 @@ class Setup:
         return facts | {"settings": asdict(self.settings), "cleaning": asdict(ObservationSettings())}
 
     def observations(self) -> list[Observation]:
-        """Every cloud, so that a bad one is told before the hours of work.
-
-        Raises:
-            InputError: a file cannot be read, or two have the same name.
-        """
+        """Every cloud, read before any work; raises `InputError` if one is bad or two have the same name."""
         wholes = [load(file) for file in self.files]
         names = [whole.name for whole in wholes]
-        twice = [name for name in names if names.count(name) > 1]
-        if twice:
+        if twice := [name for name in names if names.count(name) > 1]:
             raise InputError(f"two of the clouds are called '{twice[0]}'")
         return wholes
 
 
 @dataclass(frozen=True)
 class Case:
-    """Work that is done whole or not at all, in a process of its own. Its rows begin with the fields of `key`."""
+    """Work done whole or not at all, in a process of its own. Its rows begin with the fields of `key`."""
 
     key: Key
     work: Callable[[], list[Any]]
@@ -68,31 +59,18 @@ class Case:
 
 @dataclass(frozen=True)
 class Study:
-    """An experiment.
-
-    Attributes:
-        question: what it answers, in a line.
-        row: its rows, a dataclass of str, int, float and bool.
-        cases: all that is to be done, given the setup and its observations.
-        tables: the tables over all rows.
-        panels: the panels of the figure over all rows.
-        caption: what the figure shows.
-        facts: what the rows depend on beside the clouds; rows of other facts are never mixed.
-        clouds: whether it is made on clouds.
-        alone: whether its cases run one at a time, for their times to mean something.
-        failed: the trials among the rows that are worth a look, carried out again.
-    """
+    """An experiment: what it answers, its work, and what is made of all rows."""
 
     question: str
-    row: type[Any]
+    row: type[Any]  # a dataclass of str, int, float and bool
     cases: Callable[[Setup, Sequence[Observation]], list[Case]]
-    tables: Callable[[Sequence[Any]], Tables]
-    panels: Callable[[Sequence[Any]], list[Panel]]
+    tables: Callable[[Frame], Tables]
+    panels: Callable[[Frame], list[Panel]]  # of the figure
     caption: str
-    facts: Callable[[Setup], dict[str, Any]] = Setup.facts
-    clouds: bool = True
-    alone: bool = False
-    failed: Callable[[Setup, Sequence[Any]], Iterator[Any]] | None = None
+    facts: Callable[[Setup], dict[str, Any]] = Setup.facts  # what rows depend on beside clouds; others are not mixed
+    clouds: bool = True  # whether it takes clouds
+    alone: bool = False  # whether cases run one at a time, because they are timed
+    failed: Callable[[Setup, Sequence[Any]], Iterator[Any]] | None = None  # carries out failed trials again
 
 
 def body(name: str) -> str:
@@ -121,10 +99,9 @@ def over_views(
 def collect(
     kind: type[Any], cases: Sequence[Case], file: Path, workers: Workers, progress: Callable[[int, int], None]
 ) -> tuple[list[Any], dict[str, str]]:
-    """The rows of every case, read from a file or worked out and written to it as they come, and why cases failed.
+    """The rows of every case in their order, read from a file or worked out and kept in it, and why cases failed.
 
-    The rows are in the order of the cases, whatever the order in which they ended. `progress` hears how many cases of
-    how many are done.
+    `progress` is called with the number of cases done and of all.
     """
     width = len(cases[0].key)
     done: dict[Key, list[Any]] = {}
@@ -132,14 +109,14 @@ def collect(
         done.setdefault(tuple(str(value) for value in astuple(row)[:width]), []).append(row)
     order = dict.fromkeys([*(case.key for case in cases), *done])
     failures: dict[str, str] = {}
-    waiting = [case for case in cases if case.key not in done]
     written = -math.inf
+    waiting = [case for case in cases if case.key not in done]
 
     def rows() -> list[Any]:
         return [row for key in order for row in done.get(key, [])]
 
     try:
-        for case, outcome in each(_work, waiting, workers):
+        for ended, (case, outcome) in enumerate(each(_work, waiting, workers), len(cases) - len(waiting) + 1):
             if isinstance(outcome, str):
                 failures[" ".join(case.key)] = outcome
             else:
@@ -147,7 +124,7 @@ def collect(
                 if time.monotonic() > written + REST:
                     results.write_rows(file, rows())
                     written = time.monotonic()
-            progress(len(cases) - len(waiting) + sum(c.key in done for c in waiting) + len(failures), len(cases))
+            progress(ended, len(cases))
     finally:
         if written > -math.inf:
             results.write_rows(file, rows())

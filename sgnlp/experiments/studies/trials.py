@@ -1,20 +1,20 @@
-"""Trials: a grasp planned for what some cameras saw, the first choice carried out on the true object.
+"""Trials: a grasp is planned from what some cameras saw, and the first choice is carried out on the true object.
 
-A condition is a number of cameras and a change of the settings. Every trial is judged under two loads, and a plan
-without a feasible grasp is a trial that failed: nothing is left out.
+A condition is a number of cameras and a change of the settings. Every trial is judged under two loads. A plan without
+a feasible grasp counts as a failed trial.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from math import pi
+from math import nan, pi
 from pathlib import Path
 from typing import Any
 
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
-from sgnlp.experiments.studies.significance import percent, sign_test, wilson
-from sgnlp.experiments.studies.study import Case, Lines, Setup, view_sets
+from sgnlp.experiments.frames import Frame, Lines, percent, pick, sign_test, wilson
+from sgnlp.experiments.studies.study import Case, Setup, view_sets
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import Observation, load
 from sgnlp.planning.plan import Plan
@@ -27,10 +27,9 @@ LOADS = {
     "0.1 kg, μ 1": SimulationSettings(mass=0.1, friction=1.0, push_weights=0.0),
     "0.3 kg, μ 0.6": SimulationSettings(mass=0.3, friction=0.6, push_weights=0.0),
 }
-"""What the true object weighs and how it grips: easy, and hard."""
+"""Mass and friction of the true object: easy, and hard."""
 NO_PLAN = "no feasible grasp"
-HALVES = {"tuning": "tuning", "held_out": "held out"}
-"""The halves of a problem set as files and tables call them."""
+HALVES = {"tuning": "tuning", "held_out": "held out"}  # the halves of a problem set, in files and in tables
 ENDINGS = ("held", "slid", "dropped", "not lifted", "in collision", "diverged", NO_PLAN)
 
 
@@ -41,6 +40,9 @@ class Condition:
     name: str
     cameras: int
     change: Callable[[Settings], Settings] = lambda settings: settings
+
+
+Work = Callable[[Setup, Path, Condition, list[str]], list[Any]]
 
 
 @dataclass(frozen=True)
@@ -55,31 +57,27 @@ class Row:
     starts: int
     feasible: int
     seconds: float
-    margin: float
-    gap_mm: float
-    ending: str
-    score: float
-    strict: float
-    penetration_mm: float
-    rise_mm: float
-    slip_mm: float
-    shift_mm: float
-    shift_error_mm: float
-    turn_error_deg: float
-    force_error: float
-    premature: bool
+    margin: float = nan
+    gap_mm: float = nan
+    ending: str = NO_PLAN
+    score: float = 0.0
+    strict: float = 0.0
+    penetration_mm: float = nan
+    rise_mm: float = nan
+    slip_mm: float = nan
+    shift_mm: float = nan
+    shift_error_mm: float = nan
+    turn_error_deg: float = nan
+    force_error: float = nan
+    premature: bool = False
 
 
 def cases(
-    conditions: Sequence[Condition],
-    setup: Setup,
-    observations: Sequence[Observation],
-    work: Callable[[Setup, Path, Condition, list[str]], list[Any]] | None = None,
+    conditions: Sequence[Condition], setup: Setup, observations: Sequence[Observation], work: Work | None = None
 ) -> list[Case]:
     """A case for each object and condition, a trial if no other work is given; rows begin with both names.
 
-    Raises:
-        InputError: an object has no true surface or too few cameras.
+    Raises `InputError` if an object has no true surface or too few cameras.
     """
     for whole in observations:
         true_body(whole)
@@ -98,7 +96,7 @@ def _views(whole: Observation, condition: Condition) -> list[str]:
 
 
 def facts(conditions: Sequence[Condition], setup: Setup) -> dict[str, Any]:
-    """What trials depend on: also the settings that each condition changes, by their names, and the loads."""
+    """What trials depend on: also the loads, and by their names the settings that each condition changes."""
     plain = flat(asdict(setup.settings))
     changes = {
         condition.name: {"cameras": condition.cameras}
@@ -125,54 +123,37 @@ def flat(settings: dict[str, Any]) -> dict[str, Any]:
 def trial(setup: Setup, file: Path, condition: Condition, views: list[str]) -> list[Row]:
     """The rows of one object in one condition, one for each load."""
     plan = planned(setup, file, condition, views)
-    rows = []
-    for name, load_settings in LOADS.items():
-        row = _planned(plan, condition, name, views)
-        if plan.best:
-            row = replace(row, **_simulated(carried_out(plan, load_settings)))
-        rows.append(row)
-    return rows
+    row = Row(
+        object=plan.observation.name,
+        condition=condition.name,
+        load="",
+        half=plan.observation.half,
+        views=" ".join(views),
+        starts=len(plan.solutions) + len(plan.failures),
+        feasible=feasible(plan),
+        seconds=plan.seconds["solve"],
+    )
+    if plan.best is None:
+        return [replace(row, load=name) for name in LOADS]
+    row = replace(row, margin=plan.best.worst_margin, gap_mm=1e3 * float(abs(plan.best.grasp.gaps).max()))
+    return [replace(row, load=name, **_simulated(carried_out(plan, settings))) for name, settings in LOADS.items()]
 
 
 def planned(setup: Setup, file: Path, condition: Condition, views: list[str] | None) -> Plan:
     """The plan for an object as some cameras see it, or all, made in one process."""
     settings = condition.change(setup.settings)
     hand, observation = load_hand(setup.hand, settings.spheres), load(file, views=views)
-    options = {"count": setup.starts, "seed": setup.seed, "timeout": setup.timeout}
-    return solve(observation, hand, settings, jobs=1, **options)  # type: ignore[arg-type]
+    return solve(observation, hand, settings, jobs=1, count=setup.starts, seed=setup.seed, timeout=setup.timeout)
+
+
+def feasible(plan: Plan) -> int:
+    """How many of the solutions are feasible."""
+    return sum(solution.feasible for solution in plan.solutions)
 
 
 def carried_out(plan: Plan, load_settings: SimulationSettings) -> Outcome:
     """What the plan's first choice does to the true object."""
     return execute(command(plan.arrays()), true_body(plan.observation), plan.problem.hand, load_settings)
-
-
-def _planned(plan: Plan, condition: Condition, load_name: str, views: list[str]) -> Row:
-    """A row of which only the plan is known."""
-    best, nan = plan.best, float("nan")
-    return Row(
-        object=plan.observation.name,
-        condition=condition.name,
-        load=load_name,
-        half=plan.observation.half,
-        views=" ".join(views),
-        starts=len(plan.solutions) + len(plan.failures),
-        feasible=sum(solution.feasible for solution in plan.solutions),
-        seconds=plan.seconds["solve"],
-        margin=best.worst_margin if best else nan,
-        gap_mm=1e3 * float(abs(best.grasp.gaps).max()) if best else nan,
-        ending=NO_PLAN,
-        score=0.0,
-        strict=0.0,
-        penetration_mm=nan,
-        rise_mm=nan,
-        slip_mm=nan,
-        shift_mm=nan,
-        shift_error_mm=nan,
-        turn_error_deg=nan,
-        force_error=nan,
-        premature=False,
-    )
 
 
 def _simulated(outcome: Outcome) -> dict[str, Any]:
@@ -181,8 +162,7 @@ def _simulated(outcome: Outcome) -> dict[str, Any]:
     found: dict[str, Any] = {"ending": outcome.ending, "score": outcome.score, "strict": outcome.score_strict}
     found["penetration_mm"] = 1e3 * max(before.penetration_object, before.penetration_table)
     if closing:
-        found["shift_mm"] = 1e3 * closing.shift_before_contact
-        found["premature"] = bool(closing.premature)
+        found |= {"shift_mm": 1e3 * closing.shift_before_contact, "premature": bool(closing.premature)}
     if closing and closing.shift_error is not None and closing.force_errors is not None:
         found["shift_error_mm"] = 1e3 * closing.shift_error
         found["turn_error_deg"] = DEGREE * float(closing.turn_error or 0.0)
@@ -192,88 +172,70 @@ def _simulated(outcome: Outcome) -> dict[str, Any]:
     return found
 
 
-def totals(rows: Sequence[Row], conditions: Sequence[str]) -> Lines:
-    """A line for each condition and load: success in percent with its 95 % interval, on each half and on all."""
-    return [
-        {"condition": condition, "load": load_name}
-        | {half: success(of(rows, condition, load_name, key)) for key, half in (HALVES | {"": "all"}).items()}
-        | _shares(of(rows, condition, load_name, ""))
-        for load_name in LOADS
-        for condition in conditions
-    ]
+def groups(rows: Frame) -> Iterator[tuple[dict[str, str], Frame]]:
+    """The trials of each load and condition, and how a table calls both."""
+    for load_name, under in rows.groupby("load", sort=False):
+        for condition, found in under.groupby("condition", sort=False):
+            yield {"condition": str(condition), "load": str(load_name)}, found
 
 
-def endings(rows: Sequence[Row], conditions: Sequence[str]) -> Lines:
-    """How the trials of each condition and load ended, counted."""
-    return [
-        {"condition": condition, "load": load_name}
-        | {e: str(sum(row.ending == e for row in of(rows, condition, load_name, ""))) for e in ENDINGS}
-        for load_name in LOADS
-        for condition in conditions
-    ]
+def totals(rows: Frame) -> Lines:
+    """A line for each condition and load: success in percent with its 95 % interval, on each half and on all.
 
-
-def paired(rows: Sequence[Row], pairs: Sequence[tuple[str, str]]) -> Lines:
-    """A line for each two conditions and load: how many held-out problems score higher in the first, or not."""
+    Then the strict score, the share of planned pregrasps that do not collide, and how many starts are feasible.
+    """
     lines = []
-    for load_name in LOADS:
+    for names, found in groups(rows):
+        planned = found[found.ending != NO_PLAN]
+        lines.append(
+            names
+            | {text: success(found[found.half == half]) for half, text in HALVES.items()}
+            | {"all": success(found), "strict": percent(found.strict.sum(), len(found))}
+            | {"free of collision": percent((planned.ending != "in collision").sum(), len(planned))}
+            | {"feasible starts": f"{found.feasible.sum()} of {found.starts.sum()}"}
+        )
+    return lines
+
+
+def endings(rows: Frame) -> Lines:
+    """How the trials of each condition and load ended, counted."""
+    return [names | {e: str((found.ending == e).sum()) for e in ENDINGS} for names, found in groups(rows)]
+
+
+def paired(rows: Frame, pairs: Sequence[tuple[str, str]]) -> Lines:
+    """A line for each pair of conditions and load: how many held-out problems score higher in the first, or lower."""
+    lines = []
+    for load_name, found in rows[rows.half == "held_out"].groupby("load", sort=False):
+        scores = found.pivot(index="object", columns="condition", values="score")
         for one, other in pairs:
-            scores = [{row.object: row.score for row in of(rows, name, load_name, "held_out")} for name in (one, other)]
-            both = [(scores[0][key], scores[1][key]) for key in scores[0].keys() & scores[1].keys()]
-            better, worse = sum(a > b for a, b in both), sum(a < b for a, b in both)
+            both = scores.reindex(columns=[one, other]).dropna()
+            better, worse = int((both[one] > both[other]).sum()), int((both[one] < both[other]).sum())
             counts = {"better": better, "worse": worse, "same": len(both) - better - worse}
-            line = {"load": load_name, "condition": one, "against": other} | {k: str(v) for k, v in counts.items()}
-            if both:
+            line = {"load": str(load_name), "condition": one, "against": other}
+            if len(both):
+                line |= {name: str(count) for name, count in counts.items()}
                 lines.append(line | {"p": f"{sign_test(better, worse):.2g}"})
     return lines
 
 
-def success(rows: Sequence[Row]) -> str:
-    """Mean score in percent; a trial that slid counts half, of which Wilson's interval is too wide if anything."""
-    return percent(sum(row.score for row in rows), len(rows))
+def success(rows: Frame) -> str:
+    """Mean score in percent. A trial that slid counts half; Wilson's interval is too wide for such, if anything."""
+    return percent(rows.score.sum(), len(rows))
 
 
-def mean_score(rows: Sequence[Row]) -> float:
-    """Mean score, NaN of no trials."""
-    return sum(row.score for row in rows) / len(rows) if rows else float("nan")
-
-
-def of(rows: Sequence[Row], condition: str, load_name: str, half: str = "") -> list[Row]:
+def of(rows: Frame, condition: str, load_name: str, half: str = "") -> Frame:
     """The rows of a condition under a load, of one half of the objects or of all."""
-    return [r for r in rows if (r.condition, r.load) == (condition, load_name) and half in ("", r.half)]
+    found = pick(rows, condition=condition, load=load_name)
+    return pick(found, half=half) if half else found
 
 
-def _shares(rows: Sequence[Row]) -> dict[str, str]:
-    """The strict score, pregrasps free of collision among those planned, and starts that are feasible."""
-    planned = [row for row in rows if row.ending != NO_PLAN]
-    clear = sum(row.ending != "in collision" for row in planned)
-    return {
-        "strict": percent(sum(row.strict for row in rows), len(rows)),
-        "free of collision": percent(clear, len(planned)),
-        "feasible starts": f"{sum(row.feasible for row in rows)} of {sum(row.starts for row in rows)}",
-    }
-
-
-def panels(rows: Sequence[Row], conditions: Sequence[str], half: str = "held_out") -> list[Panel]:
-    """Success of every condition on a half, with its interval, a panel for each load."""
-    return [
-        Panel(load_name, "", "success [%]", (_bars(rows, conditions, load_name, half),), bars=True, y_range=(0, 100))
-        for load_name in LOADS
-    ]
-
-
-def _bars(rows: Sequence[Row], conditions: Sequence[str], load_name: str, half: str) -> Series:
-    groups = [of(rows, condition, load_name, half) for condition in conditions]
-    spans = [wilson(sum(row.score for row in group), len(group)) for group in groups]
-    return Series(
-        f"{HALVES[half]} half",
-        conditions,
-        [100 * mean_score(group) for group in groups],
-        [100 * low for low, _ in spans],
-        [100 * high for _, high in spans],
-    )
-
-
-def present(rows: Sequence[Row]) -> list[str]:
-    """The conditions of rows in their order."""
-    return list(dict.fromkeys(row.condition for row in rows))
+def panels(rows: Frame, half: str = "held_out") -> list[Panel]:
+    """Success in every condition on a half, with its interval; a panel for each load."""
+    shown, names = [], list(rows.condition.unique())
+    for load_name in LOADS:
+        scores = [of(rows, name, load_name, half).score for name in names]
+        spans = [wilson(score.sum(), len(score)) for score in scores]
+        low, high = ([100 * end for end in ends] for ends in zip(*spans, strict=True))
+        series = Series(f"{HALVES[half]} half", names, [100 * score.mean() for score in scores], low, high)
+        shown.append(Panel(load_name, "", "success [%]", (series,), bars=True, y_range=(0, 100)))
+    return shown

@@ -1,12 +1,12 @@
 """The triangle study: does letting the object move get around the limits of the joint torques?
 
-The paper's experiment in the plane: two triangles, three sets of contacts, 100 poses each; how many poses have a
-feasible compliant grasp, and how many of those a grasp in force closure without any motion, under the same limit. From
-the paper: contacts, vertices, and one result, direct force closure in about 85 % of the feasible poses. From its
-release: three fingers of two links of 0.7 m, μ = 0.5, 5 N, poses within ±0.5 m and ±45° whose contacts all fingers
-reach, and the limit 12 — on J⁻¹f, which is no torque. The torque is Jᵀf, and both are measured here. Chosen here, as
-neither says it: fingers that do not cross, elbows outwards, 5 N along the normal, gains up to 200 N/m, the motions
-below on a straight way, and the limit kept all along it.
+The paper's experiment in the plane: two triangles, three sets of contacts, 100 poses each. It counts the poses that
+have a feasible compliant grasp, and those of them that have a grasp in force closure without any motion, under the same
+limit. From the paper: contacts, vertices, and one result, direct force closure in about 85 % of the feasible poses.
+From its release: three fingers of two links of 0.7 m, μ = 0.5, 5 N, poses within ±0.5 m and ±45° whose contacts all
+fingers reach, and the limit 12. The release puts that limit on J⁻¹f, which is no torque; the torque is Jᵀf. Both are
+measured here. Neither says the rest, which is chosen here: fingers do not cross, elbows point outwards, 5 N act along
+the normal, gains are at most 200 N/m, motions are straight, and the limit is kept all along them.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -14,16 +14,15 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice, product
 from math import inf
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.experiments.frames import Frame, Tables, curves, percent
 from sgnlp.experiments.studies.planar import Demands, Finger, Stage, holds, least_torque, turn
-from sgnlp.experiments.studies.significance import percent
-from sgnlp.experiments.studies.study import Case, Setup, Study, Tables
+from sgnlp.experiments.studies.study import Case, Setup, Study
 from sgnlp.perception.observation import Observation
-from sgnlp.show.plots import Panel, Series
+from sgnlp.show.plots import Panel
 
 Array = NDArray[np.float64]
 
@@ -41,8 +40,7 @@ CONTACTS = {
 LINKS = (0.7, 0.7)
 FINGERS = (Finger((0.5, -1.0), LINKS, 1), Finger((1.0, 1.0), LINKS, -1), Finger((0.0, 1.0), LINKS, 1))
 POSES = 100
-WITHIN, TURNED = 0.5, np.pi / 4
-"""Poses are drawn within ± this [m], [rad] (release)."""
+WITHIN, TURNED = 0.5, np.pi / 4  # poses are drawn within ± this [m], [rad] (release)
 DEMANDS = Demands(friction=0.5, force=5.0, gains=(5.0, 200.0), stiffness=0.1)
 FARTHEST = np.array([0.3, 0.3, np.radians(30)])
 """Motions: the centroid of the contacts along x and y [m], and the object about it [rad], up to this each way."""
@@ -53,7 +51,7 @@ STAGES = 5
 LIMITS = {"Jᵀf": (2.5, 3.0, 3.5, 4.0, 5.0, 7.0, 12.0), "J⁻¹f": (12.0,)}
 """Limits [N m], and [N/m] of the release's quantity."""
 SHOWN = {"Jᵀf": 3.5, "J⁻¹f": 12.0}
-"""The limit shown for each configuration: half of 5 N times the reach of 1.4 m, and that of the release."""
+"""The limit of the table by configuration: half of 5 N times the reach of 1.4 m, and that of the release."""
 PAPER = "about 85"
 
 
@@ -145,32 +143,33 @@ def rows_of(seed: int, triangle: str, configuration: str, pose: int) -> list[Row
     points = np.array(CONTACTS[triangle, configuration]) @ turn(angle).T + (x, y)
     normals = edge_normals(triangle) @ turn(angle).T
 
-    def torque(motion: Array) -> float:
-        return least_limit(way(points, normals, motion))
-
     def released(motion: Array) -> float:
         stages = way(points, normals, motion)
         return least_limit(stages and [inverted(there) for there in stages])
 
-    numbers = (x, y, np.degrees(angle), *search(torque), *search(released))
+    torque = search(lambda motion: least_limit(way(points, normals, motion)))
+    numbers = (x, y, np.degrees(angle), *torque, *search(released))
     return [Row(triangle, configuration, pose, *(round(float(number), 6) for number in numbers))]
 
 
 def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:
     """A case for each pose."""
-    return [
-        Case((*key, str(pose)), partial(rows_of, setup.seed, *key, pose)) for key in CONTACTS for pose in range(POSES)
-    ]
+    every = product(CONTACTS, range(POSES))
+    return [Case((*key, str(pose)), partial(rows_of, setup.seed, *key, pose)) for key, pose in every]
 
 
-def counts(rows: Sequence[Row], quantity: str, limit: float) -> tuple[int, int]:
+def counts(rows: Frame, quantity: str, limit: float) -> tuple[int, int]:
     """Poses with a compliant grasp under a limit, and those with a direct one."""
     suffix = "" if quantity == "Jᵀf" else "_inverse"
-    compliant, direct = (sum(getattr(row, kind + suffix) <= limit for row in rows) for kind in ("compliant", "direct"))
-    return compliant, direct
+    return (rows[f"compliant{suffix}"] <= limit).sum(), (rows[f"direct{suffix}"] <= limit).sum()
 
 
-def tables(rows: Sequence[Row]) -> Tables:
+def configurations(rows: Frame) -> dict[tuple[str, str], Frame]:
+    """The poses of each triangle and set of contacts, none if there are no rows of them."""
+    return {key: rows[(rows.triangle == key[0]) & (rows.configuration == key[1])] for key in CONTACTS}
+
+
+def tables(rows: Frame) -> Tables:
     """By limit over all poses, and by configuration at one limit."""
     by_limit = [
         {"limit on": quantity, "limit [N m]": f"{limit:g}"} | _counted(rows, quantity, limit)
@@ -178,44 +177,33 @@ def tables(rows: Sequence[Row]) -> Tables:
         for limit in limits
     ]
     by_configuration = [
-        {"limit on": f"{quantity} ≤ {limit:g}", "triangle": key[0], "configuration": key[1]}
-        | _counted([row for row in rows if (row.triangle, row.configuration) == key], quantity, limit)
+        {"limit on": f"{quantity} ≤ {limit:g}", "triangle": triangle, "configuration": configuration}
+        | _counted(found, quantity, limit)
         for quantity, limit in SHOWN.items()
-        for key in CONTACTS
+        for (triangle, configuration), found in configurations(rows).items()
     ]
     return {"Grasps by limit": by_limit, "Grasps by configuration": by_configuration}
 
 
-def _counted(rows: Sequence[Row], quantity: str, limit: float) -> dict[str, str]:
+def _counted(rows: Frame, quantity: str, limit: float) -> dict[str, str]:
     compliant, direct = counts(rows, quantity, limit)
-    return {
-        "poses": str(len(rows)),
-        "compliant": str(compliant),
-        "direct": str(direct),
-        "direct of compliant [%] (95 %)": percent(direct, compliant),
-        "paper [%]": PAPER,
-    }
+    numbers = {"poses": len(rows), "compliant": compliant, "direct": direct}
+    share = {"direct of compliant [%] (95 %)": percent(direct, compliant), "paper [%]": PAPER}
+    return {name: str(number) for name, number in numbers.items()} | share
 
 
-def panels(rows: Sequence[Row]) -> list[Panel]:
+def panels(rows: Frame) -> list[Panel]:
     """Share of poses that have a grasp over the limit, for each configuration."""
-    shown = []
-    for key in CONTACTS:
-        own = [row for row in rows if (row.triangle, row.configuration) == key]
-        if own:
-            limits = np.linspace(0, 8, 161).tolist()
-            found = zip(*(counts(own, "Jᵀf", limit) for limit in limits), strict=True)
-            shares = [[100 * count / len(own) for count in column] for column in found]
-            named = zip(("compliant", "direct"), shares, strict=True)
-            series = tuple(Series(name, limits, share, look="line") for name, share in named)
-            title = f"triangle {key[0]}, configuration {key[1]}"
+    from pandas import DataFrame
+
+    shown, limits = [], np.linspace(0, 8, 161)
+    for (triangle, configuration), found in configurations(rows).items():
+        if len(found):
+            poses = DataFrame([counts(found, "Jᵀf", limit) for limit in limits], limits, ["compliant", "direct"])
+            title = f"triangle {triangle}, configuration {configuration}"
+            series = curves(100 * poses / len(found), look="line")
             shown.append(Panel(title, "limit of the joint torques [N m]", "poses [%]", series))
     return shown
-
-
-def facts(setup: Setup) -> dict[str, Any]:
-    """The seed."""
-    return {"seed": setup.seed, "poses": POSES}
 
 
 STUDY = Study(
@@ -228,6 +216,6 @@ STUDY = Study(
         "Share of the poses with a compliant grasp, and of those in force closure without any motion, over the "
         "limit of the joint torques."
     ),
-    facts=facts,
+    facts=lambda setup: {"seed": setup.seed, "poses": POSES},
     clouds=False,
 )

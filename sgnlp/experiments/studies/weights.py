@@ -1,4 +1,4 @@
-"""The paper's study of its weights: each halved and doubled, on the three objects that it took.
+"""The paper's study of its weights: each is halved and doubled, on the three objects that the paper took.
 
 Success of the first choice from two views, beside the paper's (its Tab. III).
 """
@@ -6,12 +6,15 @@ Success of the first choice from two views, beside the paper's (its Tab. III).
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from math import nan
 
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
+from sgnlp.experiments.frames import Frame, Lines
 from sgnlp.experiments.studies import trials
-from sgnlp.experiments.studies.study import Case, Lines, Setup, Study, body
-from sgnlp.experiments.studies.trials import LOADS, Condition, Row
+from sgnlp.experiments.studies.defaults import changed
+from sgnlp.experiments.studies.study import Case, Setup, Study, body
+from sgnlp.experiments.studies.trials import LOADS, Condition
 from sgnlp.perception.observation import Observation
 from sgnlp.show.plots import Panel, Series
 
@@ -35,8 +38,7 @@ PAPER_AS_SET = 0.83
 
 def scaled(name: str, factor: float, settings: Settings) -> Settings:
     """Settings with one weight scaled."""
-    weights = replace(settings.weights, **{name: factor * getattr(settings.weights, name)})
-    return replace(settings, weights=weights)
+    return changed(settings, {f"weights.{name}": factor * getattr(settings.weights, name)})
 
 
 def _condition(name: str, factor: float) -> str:
@@ -50,52 +52,40 @@ CONDITIONS = (
 
 
 def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:
-    """The three objects with every weight changed, of all clouds given.
-
-    Raises:
-        InputError: none of the clouds is of these objects.
-    """
+    """The three objects with every weight changed; raises `InputError` if no cloud is of these objects."""
     chosen = [i for i, seen in enumerate(observations) if body(seen.name) in OBJECTS]
     if not chosen:
-        raise InputError(f"the study of weights takes clouds of {', '.join(OBJECTS)}, called so with a number behind")
+        raise InputError(f"the study of weights takes clouds of {', '.join(OBJECTS)}, such as {OBJECTS[0]}_0")
     ours = replace(setup, files=tuple(setup.files[i] for i in chosen))
     return trials.cases(CONDITIONS, ours, [observations[i] for i in chosen])
 
 
-def table(load_name: str, rows: Sequence[Row]) -> Lines:
-    """A line for each weight: success in percent at half, once and twice it, and the paper's."""
-    lines = []
-    for name, theirs in PAPER.items():
-        columns = {f"x {f:g}": trials.success(trials.of(rows, _condition(name, f), load_name)) for f in FACTORS}
-        columns |= {f"x {f:g}, paper": f"{100 * share:.0f}" for f, share in zip(FACTORS, theirs, strict=True)}
-        lines.append({"weight": f"w_{name}"} | columns)
+def table(load_name: str, rows: Frame) -> Lines:
+    """A line for each weight: success in percent at half and twice it, and the paper's; the last line as set."""
+    lines = [
+        {"weight": f"w_{name}"}
+        | {f"x {f:g}": trials.success(trials.of(rows, _condition(name, f), load_name)) for f in FACTORS}
+        | {f"x {f:g}, paper": f"{100 * share:.0f}" for f, share in zip(FACTORS, theirs, strict=True)}
+        for name, theirs in PAPER.items()
+    ]
     as_set = trials.success(trials.of(rows, AS_SET, load_name))
     return [*lines, dict.fromkeys(lines[0], "") | {"weight": f"as set: {as_set}; paper: {100 * PAPER_AS_SET:.0f}"}]
 
 
-def panels(rows: Sequence[Row]) -> list[Panel]:
+def panels(rows: Frame) -> list[Panel]:
     """Success at half, once and twice each weight, a panel for each load."""
-    return [Panel(name, "factor on a weight", "success [%]", _series(rows, name), y_range=(0, 100)) for name in LOADS]
-
-
-def _series(rows: Sequence[Row], load_name: str) -> tuple[Series, ...]:
-    factors = (FACTORS[0], 1.0, FACTORS[1])
-    return tuple(
-        Series(
-            f"w_{name}",
-            [f"{factor:g}" for factor in factors],
-            [
-                100 * trials.mean_score(trials.of(rows, AS_SET if factor == 1 else _condition(name, factor), load_name))
-                for factor in factors
-            ],
-        )
-        for name in PAPER
-    )
+    shown, factors = [], ["0.5", "1", "2"]
+    for load_name in LOADS:
+        means = 100 * rows[rows.load == load_name].groupby("condition").score.mean()
+        columns = ((name, (_condition(name, 0.5), AS_SET, _condition(name, 2))) for name in PAPER)
+        series = tuple(Series(f"w_{name}", factors, [means.get(c, nan) for c in column]) for name, column in columns)
+        shown.append(Panel(load_name, "factor on a weight", "success [%]", series, y_range=(0, 100)))
+    return shown
 
 
 STUDY = Study(
     question="how much does success depend on each weight?",
-    row=Row,
+    row=trials.Row,
     cases=cases,
     tables=lambda rows: {f"Success in percent, {name}": table(name, rows) for name in LOADS},
     panels=panels,
