@@ -56,7 +56,7 @@ class Kernel:
         raise InputError(f"kernel '{self.name}' has neither a method `value` nor a method `radial`")
 
     def radial(self, r: Any) -> Radial:
-        """(k, Dk, D²k, D³k) at distances r > 0 [m]: a NumPy array or a dense CasADi matrix. Here derived from `value`."""
+        """(k, Dk, D²k, D³k) at distances r > 0 [m], a NumPy array or a dense CasADi matrix; derived from `value`."""
         derived = _derived(self)
         if isinstance(r, ca.SX | ca.MX | ca.DM):
             rows = derived.function.map(r.numel())(ca.reshape(r**2, 1, -1))

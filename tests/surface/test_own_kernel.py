@@ -40,9 +40,7 @@ def test_the_derived_functions_are_the_same_in_numpy_and_in_casadi(kind):
     r = kind.sym("r", *RADII.shape)
     kernel = Wendland(R, AMPLITUDE)
     found = ca.Function("k", [r], list(kernel.radial(r)))(RADII)
-    for one, other, given in zip(
-        found, kernel.radial(RADII), WendlandInFull(R, AMPLITUDE).radial(RADII), strict=True
-    ):
+    for one, other, given in zip(found, kernel.radial(RADII), WendlandInFull(R, AMPLITUDE).radial(RADII), strict=True):
         np.testing.assert_allclose(np.array(one), other, rtol=1e-12)
         np.testing.assert_allclose(other, given, rtol=1e-9, atol=1e-12)
     assert [float(k) for k in kernel.radial(0.1)] == [float(k) for k in kernel.radial(np.array(0.1))]
@@ -144,7 +142,10 @@ class Unknown(sgnlp.Kernel):
     [
         (Empty, "kernel 'empty' has neither a method `value` nor a method `radial`"),
         (Indefinite, "kernel 'indefinite': its covariance is not positive definite"),
-        (WrongSign, r"kernel 'wrongsign': D²k is not \(1/r\) d/dr of Dk: at r = .* m `radial` gives -.*, differences give"),
+        (
+            WrongSign,
+            r"kernel 'wrongsign': D²k is not \(1/r\) d/dr of Dk: at r = .* m `radial` gives -.*, diff",
+        ),
         (Three, "kernel 'three': `radial` must give four arrays of the shape of its radii"),
         (Scalar, "kernel 'scalar': `radial` must give four arrays"),
         (Undefined, "kernel 'undefined' is not finite at every distance from 1e-07 m to 2 R"),
