@@ -144,7 +144,7 @@ def fit(training: TrainingSet) -> Gpis:
         L = cholesky(kernel.radial(np.maximum(r, MIN_RADIUS))[0] + np.diag(s**2), lower=True)
     except LinAlgError as error:
         raise InputError(
-            f"the surface cannot be fitted with kernel '{kernel.name}': its covariance is not positive definite ({error})"
+            f"no surface can be fitted with kernel '{kernel.name}': its covariance is not positive definite ({error})"
         ) from error
     chol_inverse = solve_triangular(L, np.eye(len(X)), lower=True)
     alpha = chol_inverse.T @ (chol_inverse @ (y - training.prior))

@@ -7,10 +7,11 @@ import casadi as ca
 import numpy as np
 import pytest
 from scenes import SMALL, observation, sphere_points, surface
-from wendland import Wendland, WendlandInFull
+from wendland import EXTENSION, Wendland, WendlandInFull
 
 import sgnlp
 from sgnlp.base.settings import GpisSettings
+from sgnlp.planning import reopen
 from sgnlp.surface.elementwise import OPERATIONS, Elementwise
 from sgnlp.surface.gpis import Gpis, fit
 from sgnlp.surface.kernels import Matern52
@@ -78,8 +79,25 @@ def test_one_plans_with_it(kind):
     plan = sgnlp.solve(observation(), settings=SMALL, kernel=kind, count=2, jobs=1)
     assert plan.solutions
     assert isinstance(plan.problem.gpis.kernel, kind)
-    assert sgnlp.arrays(plan).meta["kernel"] == kind.name
+    assert plan.arrays().meta["kernel"] == kind.name
     assert plan.best
+
+
+def test_a_plan_with_a_kernel_from_a_file_is_posed_again_and_one_from_no_file_is_not():
+    cloud, options = observation(), {"settings": SMALL, "count": 1, "jobs": 1}
+    plan = sgnlp.solve(cloud, extension=EXTENSION, **options)
+    again = reopen.problem(plan.arrays(), cloud, plan.problem.hand)
+    assert type(again.gpis.kernel).name == plan.arrays().meta["kernel"] == "wendland"
+    np.testing.assert_array_equal(again.gpis.alpha, plan.problem.gpis.alpha)
+    plan = sgnlp.solve(cloud, kernel=WendlandInFull, **options)
+    with pytest.raises(sgnlp.InputError, match="a kernel that came from no file"):
+        reopen.problem(plan.arrays(), cloud, plan.problem.hand)
+
+
+def test_a_file_whose_kernel_is_none_is_refused(tmp_path):
+    (tmp_path / "wrong.py").write_text("KERNEL = 3\n", encoding="utf-8")
+    with pytest.raises(sgnlp.InputError, match=r"wrong\.py': kernel must be a subclass of `sgnlp.Kernel`, not 3"):
+        sgnlp.extension(tmp_path / "wrong.py")
 
 
 def test_its_own_fields_count_and_the_prior_mean_is_that_of_its_kind():

@@ -1,22 +1,16 @@
-"""A kernel from outside the package, written in both ways: Wendland's C⁴ function (Wendland 2005, table 9.1, d = 3)."""
+"""A kernel from outside the package, in both ways: the one of the documentation, and the same by four functions."""
 
+from pathlib import Path
 from typing import Any
-
-import casadi as ca
 
 import sgnlp
 
-
-class Wendland(sgnlp.Kernel):
-    """k = σ0² (1 - u)⁶ (35u² + 18u + 3)/3 for u = r/R ≤ 1, else 0, given alone."""
-
-    def value(self, r: Any) -> Any:
-        u = ca.fmin(r / self.support_radius, 1)
-        return self.amplitude**2 * (1 - u) ** 6 * (35 * u**2 + 18 * u + 3) / 3
+EXTENSION = sgnlp.extension(Path(__file__).parents[2] / "docs" / "examples" / "wendland.py")
+Wendland = EXTENSION.additions().kernel
 
 
 class WendlandInFull(sgnlp.Kernel):
-    """The same with its radial derivatives by hand."""
+    """Wendland's kernel with its radial derivatives by hand."""
 
     name = "wendland in full"
 
