@@ -3,7 +3,7 @@
 import casadi as ca
 
 from sgnlp.hand.hand import Hand
-from sgnlp.program.nlp import Nlp, build
+from sgnlp.program.nlp import build
 from sgnlp.program.standalone import blocks
 from sgnlp.program.structure import Structure
 from sgnlp.surface.gpis import Gpis
