@@ -24,6 +24,7 @@ from sgnlp.program.formulation import Formulation
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.terms import Term
 from sgnlp.simulation.simulate import simulate
+from sgnlp.surface.kernel import Kernel
 
 __all__ = [
     "Answer",
@@ -35,6 +36,7 @@ __all__ = [
     "Hand",
     "InputError",
     "Ipopt",
+    "Kernel",
     "NlpInstance",
     "Observation",
     "Plan",

@@ -72,7 +72,8 @@ def copied(folder: Path) -> Path:
     shutil.copytree(ROOT / "urdf", folder / "sgnlp" / "urdf", ignore=ignored)
     shutil.copytree(ROOT / "tests", folder / "tests", ignore=ignored)
     (folder / "urdf").symlink_to(folder / "sgnlp" / "urdf")
-    (folder / "problems").symlink_to(ROOT / "problems")
+    for name in ("docs", "problems"):
+        (folder / name).symlink_to(ROOT / name)
     shutil.copy(ROOT / "pyproject.toml", folder)
     return folder
 

@@ -23,6 +23,8 @@ from sgnlp.program.oracle import Oracle, join
 from sgnlp.program.parameters import ParameterVector
 from sgnlp.program.terms import preset_terms
 from sgnlp.surface.gpis import Gpis, fit
+from sgnlp.surface.kernel import Kernel
+from sgnlp.surface.kernels import ThinPlate
 from sgnlp.surface.training import training_set
 
 Array = NDArray[np.float64]
@@ -55,10 +57,10 @@ def observation() -> Observation:
 
 
 @lru_cache
-def surface(kernel: str = "thin_plate", count: int = 60) -> Gpis:
+def surface(kernel: type[Kernel] = ThinPlate, count: int = 60) -> Gpis:
     """The ellipsoid's implicit surface."""
-    settings = GpisSettings(kernel=kernel, surface_points=count, interior_points=count // 4)
-    return fit(training_set(observation(), settings, 0), kernel)
+    settings = GpisSettings(surface_points=count, interior_points=count // 4)
+    return fit(training_set(observation(), settings, 0, kernel))
 
 
 def hand(spheres: str = "cover") -> Hand:

@@ -5,17 +5,13 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from unittest import SkipTest
-from unittest.mock import patch
 
 import pytest
-
-from sgnlp.surface.kernels import KERNELS
 
 sybil = pytest.importorskip("sybil", reason="finds the code in the pages")
 from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser, SkipParser  # noqa: E402
@@ -36,8 +32,8 @@ NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?![\w.]*\d)")
 
 
 @pytest.fixture
-def namespace(tmp_path, monkeypatch) -> Iterator[dict[str, Any]]:
-    """A folder with the project's own in it is the current one, with `sgnlp` on the path; its kernels go with it."""
+def namespace(tmp_path, monkeypatch) -> dict[str, Any]:
+    """A folder with the project's own in it is the current one, with `sgnlp` on the path."""
     monkeypatch.chdir(tmp_path)
     for name in SHARED:
         (tmp_path / name).symlink_to(ROOT / name)
@@ -48,8 +44,7 @@ def namespace(tmp_path, monkeypatch) -> Iterator[dict[str, Any]]:
     path = f"{commands}{os.pathsep}{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = os.environ | {"PATH": path, "PYTHONPATH": str(ROOT), "COLUMNS": "100"}
     missing = {"missing": lambda *modules: not all(find_spec(name) for name in modules), "which": shutil.which}
-    with patch.dict(KERNELS):
-        yield {"environment": environment, "printed": "", **missing}
+    return {"environment": environment, "printed": "", **missing}
 
 
 def run(example: Any) -> str | None:

@@ -21,7 +21,7 @@ class GpisSettings(Checked):
         "cube_half_min": POSITIVE,
         "interior_value": (-10.0, 0.0),
         "interior_temperature": POSITIVE,
-        "reach_scale": (1.0, 10.0),
+        "support_scale": (1.0, 10.0),
     }
 
     kernel: str = "thin_plate"
@@ -46,7 +46,7 @@ class GpisSettings(Checked):
     """temperature of the softmax of the interior mixtures (release: 1/100)"""
     prior_mean: float = 1.0
     """prior mean of the thin plate [m] (release: 1); that of the other kernels is the exterior value"""
-    reach_scale: float = 1.5
+    support_scale: float = 1.5
     """R of the kernel over the largest distance between training points; at 1, as in the release, the thin plate is
     not quite positive definite and the palm leaves its ball"""
     floor: bool = True

@@ -14,6 +14,8 @@ from sgnlp.program.formulation import Formulation
 from sgnlp.program.formulations import formulation
 from sgnlp.program.structure import Structure, structure
 from sgnlp.program.terms import Term, preset_terms
+from sgnlp.surface.kernel import Kernel
+from sgnlp.surface.kernels import KERNELS
 
 Part = TypeVar("Part", Term, Constraint)
 
@@ -28,6 +30,16 @@ class Additions:
     without_constraints: tuple[str, ...] = ()
     formulation: Formulation | None = None  # else that of the settings
     solver: Solver | None = None  # else Ipopt as the settings have it
+    kernel: type[Kernel] | None = None  # else that of the settings
+
+    def __post_init__(self) -> None:
+        """Refuse a kernel that is no class, or that results could not tell from a built-in one."""
+        if self.kernel is None:
+            return
+        if not (isinstance(self.kernel, type) and issubclass(self.kernel, Kernel)):
+            raise InputError(f"kernel must be a subclass of `sgnlp.Kernel`, not {self.kernel!r}")
+        if self.kernel is not KERNELS.get(self.kernel.name, self.kernel):
+            raise InputError(f"a built-in kernel is called '{self.kernel.name}' too; give yours another name")
 
     def and_of(self, other: "Additions") -> "Additions":
         """These and others; of two objects for one purpose, this one's."""
@@ -38,6 +50,7 @@ class Additions:
             without_constraints=other.without_constraints + self.without_constraints,
             formulation=self.formulation or other.formulation,
             solver=self.solver or other.solver,
+            kernel=self.kernel or other.kernel,
         )
 
     def chosen(self, settings: Settings) -> Formulation:

@@ -78,9 +78,14 @@ def _additions(given: Extension) -> Additions:
     for name, kind in OBJECTS.items():
         if hasattr(module, name):
             found[name.lower()] = _signed(getattr(module, name), name, kind, given)
+    if hasattr(module, "KERNEL"):
+        found["kernel"] = module.KERNEL
     if not found:
-        raise InputError(f"'{given.file}' defines none of {', '.join((*LISTS, *OBJECTS))}")
-    return Additions(**found)
+        raise InputError(f"'{given.file}' defines none of {', '.join((*LISTS, *OBJECTS, 'KERNEL'))}")
+    try:
+        return Additions(**found)
+    except InputError as error:
+        raise InputError(f"'{given.file}': {error}") from None
 
 
 @contextmanager

@@ -62,6 +62,7 @@ class Plan:
             "versions": versions(),
             "kinematics": kinematics_backend(),
             "formulation": self.problem.formulation.name,
+            "kernel": self.problem.gpis.kernel.name,
             "terms": [term.name for term in self.problem.terms],
             "constraints": [constraint.name for constraint in self.problem.constraints],
             "extension": {"file": self.extension.file, "sha256": self.extension.digest} if self.extension else None,

@@ -18,10 +18,13 @@ from sgnlp.planning.results import load_grasps
 
 
 def settings(meta: dict[str, Any]) -> Settings:
-    """The settings that a result was planned with."""
+    """The settings that a result was planned with; raises `InputError` if they are those of another version."""
     known: dict[str, Any] = {f.name: f.default_factory for f in fields(Settings)}
     values = {name: value for name, value in meta["settings"].items() if name in known}
-    return Settings(**{n: known[n](**value) if isinstance(value, dict) else value for n, value in values.items()})
+    try:
+        return Settings(**{n: known[n](**value) if isinstance(value, dict) else value for n, value in values.items()})
+    except TypeError as error:
+        raise InputError(f"it was planned by another version of sgnlp, with other settings: {error}") from None
 
 
 def source(grasps: Grasps, folder: Path, file: Path | None = None) -> Path:
@@ -67,9 +70,13 @@ def problem(grasps: Grasps, cloud: Observation, hand: Hand) -> Problem:
     """The problem that the grasps solve: the same seed and settings fit the same surface."""
     added = additions(grasps.meta)
     found = build_problem(cloud, hand, settings(grasps.meta), int(grasps.meta["seed"]), added)
-    names = [term.name for term in found.terms], [constraint.name for constraint in found.constraints]
-    if names != tuple(grasps.meta.get(key, own) for key, own in zip(("terms", "constraints"), names, strict=True)):
-        raise InputError("it was planned with terms or constraints that came from no file")
+    names = {
+        "terms": [term.name for term in found.terms],
+        "constraints": [constraint.name for constraint in found.constraints],
+        "kernel": found.gpis.kernel.name,
+    }
+    if any(grasps.meta.get(part, own) != own for part, own in names.items()):
+        raise InputError("it was planned with terms, constraints or a kernel that came from no file")
     return found
 
 

@@ -22,6 +22,7 @@ from sgnlp.planning.starts import starts
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.formulation import Formulation
 from sgnlp.program.terms import Term
+from sgnlp.surface.kernel import Kernel
 
 
 def solve(
@@ -35,6 +36,7 @@ def solve(
     without_constraints: Sequence[str] = (),
     formulation: Formulation | None = None,
     solver: Solver | None = None,
+    kernel: type[Kernel] | None = None,
     extension: Extension | None = None,
     count: int = 7,
     seed: int = 0,
@@ -54,6 +56,7 @@ def solve(
         without_constraints: names of built-in constraints to leave out.
         formulation: in the place of that of the settings.
         solver: in the place of Ipopt as the settings have it.
+        kernel: of the surface, a subclass of `sgnlp.Kernel`; in the place of that of the settings.
         extension: what a file adds to all of these, from `sgnlp.extension`.
         count: number of starts; the first are those of the hand's file.
         seed: of the training set and of the starts beyond the file's. The same seed gives the same result.
@@ -70,7 +73,7 @@ def solve(
     middle = origin(observation)
     far = bool(middle.any())
     without = tuple(without_terms), tuple(without_constraints)
-    additions = Additions(tuple(terms), tuple(constraints), *without, formulation, solver)
+    additions = Additions(tuple(terms), tuple(constraints), *without, formulation, solver, kernel)
     additions = additions.and_of(extension.additions()) if extension else additions
     near = moved_cloud(observation, -middle) if far else observation
     problem = build_problem(near, hand, settings, seed, additions)

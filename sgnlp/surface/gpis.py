@@ -3,18 +3,17 @@
     μ(x) = m + k(x)ᵀα,   α = K⁻¹(y - m),   σ²(x) = k(0) - |L⁻¹k(x)|²,   K = k(X, X) + diag(s²) = L Lᵀ
 
 The mean is *not* a distance. Where a length is meant, use d = μ/|∇μ| and σ_d = σ/|∇μ|, exact to first order.
-`symbolic` writes the same posterior as CasADi functions whose training data are parameters.
+This is the posterior in NumPy; `symbolic.py` has it in CasADi, `gpis_jets.c` in C.
 """
 
 from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cholesky, solve_triangular
 
 from sgnlp.base.errors import InputError
-from sgnlp.surface.kernels import KERNELS, MIN_RADIUS, kernel
+from sgnlp.surface.kernel import MIN_RADIUS, Kernel, check
 from sgnlp.surface.training import TrainingSet
 
 Array = NDArray[np.float64]
@@ -34,24 +33,20 @@ class Gpis:
     """A fitted surface. Arrays are read-only.
 
     Attributes:
-        kernel: name of the kernel.
-        reach: R, `reach_scale` times the largest distance between two training points [m].
-        amplitude: prior deviation of the kernels that have one [m].
+        kernel: the covariance, with its R and σ0.
         prior: prior mean m [m].
         X: training points (N, 3) [m].
         alpha: weights K⁻¹(y - m) (N,).
-        whitener: L⁻¹ (N, N), lower triangular.
+        chol_inverse: L⁻¹ (N, N), lower triangular.
         centre: of the ball in which every query is nearer than R to every training point (3,) [m].
         radius: of that ball [m].
     """
 
-    kernel: str
-    reach: float
-    amplitude: float
+    kernel: Kernel
     prior: float
     X: Array
     alpha: Array
-    whitener: Array
+    chol_inverse: Array
     centre: Array
     radius: float
 
@@ -59,12 +54,12 @@ class Gpis:
         """Differences z - x_n (3, Q, N) and the kernel's (k, Dk, D²k, D³k), each (Q, N)."""
         d = np.ascontiguousarray(Z.T)[:, :, None] - np.ascontiguousarray(self.X.T)[:, None, :]
         r = np.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
-        return d, kernel(self.kernel, self.reach, self.amplitude).radial(np.maximum(r, MIN_RADIUS))
+        return d, self.kernel.radial(np.maximum(r, MIN_RADIUS))
 
     @property
     def prior_variance(self) -> float:
         """k(0) [m²]."""
-        return float(kernel(self.kernel, self.reach, self.amplitude).radial(np.array(MIN_RADIUS))[0])
+        return float(self.kernel.radial(np.array(MIN_RADIUS))[0])
 
     def mean(self, Z: Array) -> Array:
         """μ (Q,) [m] at query points Z (Q, 3) [m]."""
@@ -82,7 +77,7 @@ class Gpis:
 
     def deviation(self, Z: Array) -> Array:
         """σ (Q,) [m]; rounding below zero is cut off, a query outside the ball has the prior deviation at most."""
-        w = self.whitener @ self._radial(Z)[1][0].T
+        w = self.chol_inverse @ self._radial(Z)[1][0].T
         return np.sqrt(np.maximum(self.prior_variance - (w * w).sum(axis=0), 0.0))
 
     def distance(self, Z: Array) -> Array:
@@ -117,9 +112,9 @@ class Gpis:
         """
         d, (k, k1, k2, _) = self._radial(Z)
         Q = len(Z)
-        W = self.whitener @ np.concatenate([k, k1 * d[0], k1 * d[1], k1 * d[2]]).T  # (N, 4Q)
+        W = self.chol_inverse @ np.concatenate([k, k1 * d[0], k1 * d[1], k1 * d[2]]).T  # (N, 4Q)
         w, wd = W[:, :Q], [W[:, (a + 1) * Q : (a + 2) * Q] for a in range(3)]
-        beta = (self.whitener.T @ w).T  # (Q, N)
+        beta = (self.chol_inverse.T @ w).T  # (Q, N)
         J = np.empty((Q, VARIANCE_JET))
         J[:, 0] = self.prior_variance - np.einsum("nq,nq->q", w, w)
         for a in range(3):
@@ -136,57 +131,27 @@ def _slope(gradient: Array) -> Array:
     return np.sqrt((gradient**2).sum(axis=1) + MIN_SLOPE**2)
 
 
-def fit(training: TrainingSet, kernel_name: str = "thin_plate") -> Gpis:
+def fit(training: TrainingSet) -> Gpis:
     """Condition the process on a training set: one Cholesky factorisation.
 
     Raises:
-        InputError: unknown kernel, or a training set whose covariance is not positive definite.
+        InputError: the kernel is not one, or the covariance of the training set is not positive definite.
     """
-    X, y, s = training.X, training.y, training.noise
-    reach = training.reach
-    k = kernel(kernel_name, reach, training.amplitude)
+    X, y, s, kernel = training.X, training.y, training.noise, training.kernel
+    check(kernel)
     r = np.linalg.norm(X[:, None] - X[None], axis=2)
     try:
-        L = cholesky(k.radial(np.maximum(r, MIN_RADIUS))[0] + np.diag(s**2), lower=True)
+        L = cholesky(kernel.radial(np.maximum(r, MIN_RADIUS))[0] + np.diag(s**2), lower=True)
     except LinAlgError as error:
-        raise InputError(f"the surface cannot be fitted with kernel '{kernel_name}': {error}") from error
-    whitener = solve_triangular(L, np.eye(len(X)), lower=True)
-    alpha = whitener.T @ (whitener @ (y - training.prior))
+        raise InputError(
+            f"no surface can be fitted with kernel '{kernel.name}': its covariance is not positive definite ({error})"
+        ) from error
+    chol_inverse = solve_triangular(L, np.eye(len(X)), lower=True)
+    alpha = chol_inverse.T @ (chol_inverse @ (y - training.prior))
     centre = training.centre
-    radius = reach - float(np.linalg.norm(X - centre, axis=1).max())
-    arrays = [np.ascontiguousarray(a) for a in (X, alpha, whitener, centre)]
+    radius = kernel.support_radius - float(np.linalg.norm(X - centre, axis=1).max())
+    arrays = [np.ascontiguousarray(a) for a in (X, alpha, chol_inverse, centre)]
     for a in arrays:
         a.flags.writeable = False
-    X, alpha, whitener, centre = arrays
-    return Gpis(kernel_name, reach, training.amplitude, training.prior, X, alpha, whitener, centre, radius)
-
-
-def symbolic(kernel_name: str, N: int) -> ca.Function:
-    """The posterior as a CasADi kernel sum of N training points, all of them parameters.
-
-    Returns:
-        Function of x (3), X (3, N), alpha (N), whitener (N, N), prior, reach, amplitude, giving mean μ, gradient
-        ∇μ (3), normal (3), variance σ², distance μ/|∇μ| and distance_deviation σ/|∇μ|.
-    """
-    if kernel_name not in KERNELS:
-        kernel(kernel_name, 1.0, 1.0)
-    x, X = ca.MX.sym("x", 3), ca.MX.sym("X", 3, N)
-    alpha, whitener = ca.MX.sym("alpha", N), ca.MX.sym("whitener", N, N)
-    prior, reach, amplitude = ca.MX.sym("prior"), ca.MX.sym("reach"), ca.MX.sym("amplitude")
-    d = ca.repmat(x, 1, N) - X
-    r = ca.sqrt(ca.fmax(ca.sum1(d**2).T, MIN_RADIUS**2))
-    model = kernel(kernel_name, reach, amplitude)
-    k = model.radial(r)[0]
-    mean = prior + ca.dot(k, alpha)
-    gradient = ca.gradient(mean, x)
-    variance = ca.fmax(model.radial(ca.MX(MIN_RADIUS))[0] - ca.sumsqr(whitener @ k), 0)
-    slope = ca.sqrt(ca.sumsqr(gradient) + MIN_SLOPE**2)
-    outputs = [mean, gradient, gradient / slope, variance, mean / slope, ca.sqrt(variance) / slope]
-    names = ["mean", "gradient", "normal", "variance", "distance", "distance_deviation"]
-    inputs = [x, X, alpha, whitener, prior, reach, amplitude]
-    return ca.Function("gpis", inputs, outputs, ["x", "X", "alpha", "whitener", "prior", "reach", "amplitude"], names)
-
-
-def parameters(gpis: Gpis) -> list[Array | float]:
-    """The parameters of `symbolic` for a fitted surface, in its order after x."""
-    return [gpis.X.T, gpis.alpha, gpis.whitener, gpis.prior, gpis.reach, gpis.amplitude]
+    X, alpha, chol_inverse, centre = arrays
+    return Gpis(kernel, training.prior, X, alpha, chol_inverse, centre, radius)

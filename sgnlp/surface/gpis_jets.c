@@ -15,8 +15,8 @@
 #else
 #define P 4
 #endif
-#define ROWS 8     /* rows of the whitener in registers, with three right-hand sides: 24 accumulators */
-#define COLUMNS 12 /* rows of its transpose, with one; both divide the padded number of training points */
+#define ROWS 8     /* rows of L^-1 in registers, with three right-hand sides: 24 accumulators */
+#define COLUMNS 12 /* rows of L^-T, with one; both divide the padded number of training points */
 #define WORK 5    /* vectors of work for each training point */
 #define MEAN_JET 20
 #define VARIANCE_JET 10
@@ -28,7 +28,7 @@ enum { THIN_PLATE, MATERN32, MATERN52, SQUARED_EXPONENTIAL };
 
 typedef struct {
   int64_t kernel, n;       /* n training points, padded to a multiple of 24 */
-  double prior, reach, amplitude, prior_variance;
+  double prior, support_radius, amplitude, prior_variance;
   const double *X, *alpha; /* (n, 3), (n) */
   const double *forward;   /* panels of ROWS rows of L^-1, each (columns up to the diagonal, ROWS) */
   const double *backward;  /* panels of COLUMNS rows of L^-T, each (columns from the diagonal on, COLUMNS) */
@@ -109,7 +109,7 @@ static inline __attribute__((always_inline)) void mean_values(const surface *s, 
     const double *x = s->X + 3 * n;
     vec d0 = z[0] - x[0], d1 = z[1] - x[1], d2 = z[2] - x[2];
     vec square = d0 * d0 + d1 * d1 + d2 * d2, k, k1, k2, k3;
-    radial(kernel, s->reach, s->amplitude, &square, &k, &k1, &k2, &k3);
+    radial(kernel, s->support_radius, s->amplitude, &square, &k, &k1, &k2, &k3);
     if (kernels) kernels[n] = k;
     vec w1 = k1 * s->alpha[n];
     value += k * s->alpha[n];
@@ -147,7 +147,7 @@ static inline __attribute__((always_inline)) void mean_derivatives(const surface
     vec d0 = z[0] - x[0], d1 = z[1] - x[1], d2 = z[2] - x[2];
     vec d00 = d0 * d0, d11 = d1 * d1, d22 = d2 * d2, d01 = d0 * d1, d02 = d0 * d2, d12 = d1 * d2;
     vec square = d00 + d11 + d22, k, k1, k2, k3;
-    radial(kernel, s->reach, s->amplitude, &square, &k, &k1, &k2, &k3);
+    radial(kernel, s->support_radius, s->amplitude, &square, &k, &k1, &k2, &k3);
     if (sides) {
       sides[3 * n] = k1 * d0, sides[3 * n + 1] = k1 * d1, sides[3 * n + 2] = k1 * d2;
       curved[2 * n] = k1, curved[2 * n + 1] = k2;

@@ -1,11 +1,8 @@
-"""Radial kernels of the Gaussian-process implicit surface.
+"""The kernels that come with `sgnlp`: four radial functions each. The same lines serve NumPy arrays and CasADi.
 
-With D = (1/r) d/dr, a kernel gives k and D k, D²k, D³k: all that the derivatives of k(|x - x_n|) up to third
-order need, since ∂_a k = d_a Dk, ∂_ab k = d_a d_b D²k + δ_ab Dk and so on with d = x - x_n. The same lines serve
-NumPy arrays and CasADi expressions; CasADi's own differentiation of k is the twin that tests D k … D³k.
+CasADi's own differentiation of k is the twin that tests D k … D³k.
 """
 
-from dataclasses import dataclass
 from math import sqrt
 from typing import Any
 
@@ -13,27 +10,12 @@ import casadi as ca
 import numpy as np
 
 from sgnlp.base.errors import unknown
-
-Radial = tuple[Any, Any, Any, Any]
-
-MIN_RADIUS = 1e-7
-"""Distances below this are taken as this [m]: D²k and D³k of rough kernels have a removable pole at r = 0."""
+from sgnlp.surface.kernel import Kernel, Radial
 
 
-def _exp(x: Any) -> Any:
+def exp(x: Any) -> Any:
+    """e^x of a NumPy array or a CasADi expression."""
     return ca.exp(x) if isinstance(x, ca.SX | ca.MX | ca.DM) else np.exp(x)
-
-
-@dataclass(frozen=True)
-class Kernel:
-    """A radial kernel: reach R, the largest distance that it meets [m], and prior deviation σ0 [m]."""
-
-    reach: Any
-    amplitude: Any
-
-    def radial(self, r: Any) -> Radial:
-        """(k, Dk, D²k, D³k) at distances r > 0 [m]."""
-        raise NotImplementedError
 
 
 class ThinPlate(Kernel):
@@ -43,9 +25,12 @@ class ThinPlate(Kernel):
     continued by 0: the mean returns to the prior mean and the variance to R³.
     """
 
+    name = "thin_plate"
+    prior_mean_from_settings = True
+
     def radial(self, r: Any) -> Radial:
         """(2r³ - 3Rr² + R³, 6(r - R), 6/r, -6/r³) inside the ball, 0 outside."""
-        R, inside = self.reach, r < self.reach
+        R, inside = self.support_radius, r < self.support_radius
         return inside * (R - r) ** 2 * (R + 2 * r), inside * (r - R) * 6, inside * 6 / r, inside * -6 / r**3
 
 
@@ -54,8 +39,8 @@ class Matern32(Kernel):
 
     def radial(self, r: Any) -> Radial:
         """σ0² e^{-ar} (1 + ar, -a², a³/r, -a³(1 + ar)/r³)."""
-        a = 2 * sqrt(3) / self.reach
-        e = self.amplitude**2 * _exp(-a * r)
+        a = 2 * sqrt(3) / self.support_radius
+        e = self.amplitude**2 * exp(-a * r)
         return e * (1 + a * r), -(a**2) * e, a**3 * e / r, -(a**3) * e * (1 + a * r) / r**3
 
 
@@ -64,31 +49,30 @@ class Matern52(Kernel):
 
     def radial(self, r: Any) -> Radial:
         """σ0² e^{-ar} (1 + ar + a²r²/3, -a²(1 + ar)/3, a⁴/3, -a⁵/(3r))."""
-        a = 2 * sqrt(5) / self.reach
-        e = self.amplitude**2 * _exp(-a * r)
+        a = 2 * sqrt(5) / self.support_radius
+        e = self.amplitude**2 * exp(-a * r)
         return e * (1 + a * r + (a * r) ** 2 / 3), -(a**2) * e * (1 + a * r) / 3, a**4 * e / 3, -(a**5) * e / (3 * r)
 
 
 class SquaredExponential(Kernel):
     """k = σ0² e^{-br²/2}, b = 1/ℓ², ℓ = R/4 (Rasmussen & Williams 2006, eq. 4.9)."""
 
+    name = "squared_exponential"
+
     def radial(self, r: Any) -> Radial:
         """k (1, -b, b², -b³)."""
-        b = 16 / self.reach**2
-        k = self.amplitude**2 * _exp(-b * r**2 / 2)
+        b = 16 / self.support_radius**2
+        k = self.amplitude**2 * exp(-b * r**2 / 2)
         return k, -b * k, b**2 * k, -(b**3) * k
 
 
 KERNELS: dict[str, type[Kernel]] = {
-    "thin_plate": ThinPlate,
-    "matern32": Matern32,
-    "matern52": Matern52,
-    "squared_exponential": SquaredExponential,
+    kernel.name: kernel for kernel in (ThinPlate, Matern32, Matern52, SquaredExponential)
 }
 
 
-def kernel(name: str, reach: Any, amplitude: Any) -> Kernel:
+def named(name: str) -> type[Kernel]:
     """The kernel called `name`; raises `InputError` with the valid names."""
     if name not in KERNELS:
         raise unknown("kernel", name, KERNELS)
-    return KERNELS[name](reach, amplitude)
+    return KERNELS[name]

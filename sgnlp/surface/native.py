@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from sgnlp.base import toolchain
 from sgnlp.base.errors import MachineError, SolverError
 from sgnlp.surface.gpis import Gpis
+from sgnlp.surface.kernel import Kernel
+from sgnlp.surface.kernels import Matern32, Matern52, SquaredExponential, ThinPlate
 
 Array = NDArray[np.float64]
 
@@ -23,11 +25,11 @@ SOURCE = "gpis_jets.c"
 FLAGS = ("-O2", "-march=native", "-fno-math-errno", "-fno-trapping-math")
 """-O3 gains nothing. No -ffast-math: the same input is to give the same bits."""
 ROWS, COLUMNS, WORK, LANES = 8, 12, 5, 8
-"""Of the C source: rows of a panel of the whitener and of its transpose, vectors of work a training point, points in a
+"""Of the C source: rows of a panel of L⁻¹ and of its transpose, vectors of work a training point, points in a
 vector at most."""
 ALIGNMENT = 64
 """Of the arrays [bytes]: a cache line, and the widest vector."""
-CODES = {"thin_plate": 0, "matern32": 1, "matern52": 2, "squared_exponential": 3}
+CODES: dict[type[Kernel], int] = {ThinPlate: 0, Matern32: 1, Matern52: 2, SquaredExponential: 3}
 """Numbers of the kernels in the C source."""
 
 
@@ -36,7 +38,7 @@ class _Surface(ctypes.Structure):
 
     _fields_ = (
         *((name, ctypes.c_int64) for name in ("kernel", "n")),
-        *((name, ctypes.c_double) for name in ("prior", "reach", "amplitude", "prior_variance")),
+        *((name, ctypes.c_double) for name in ("prior", "support_radius", "amplitude", "prior_variance")),
         *((name, ctypes.c_void_p) for name in ("X", "alpha", "forward", "backward", "work")),
     )
 
@@ -50,14 +52,15 @@ class NativeJets:
     def __init__(self, library: ctypes.CDLL, gpis: Gpis, uncertain: int):
         N, multiple = len(gpis.X), math.lcm(ROWS, COLUMNS)
         n = -(-N // multiple) * multiple  # padded with copies of the first point that have no weight
-        X, alpha, whitener = np.tile(gpis.X[0], (n, 1)), np.zeros(n), np.zeros((n, n))
-        X[:N], alpha[:N], whitener[:N, :N] = gpis.X, gpis.alpha, np.tril(gpis.whitener)
-        forward = np.concatenate([whitener[i : i + ROWS, : i + ROWS].T.ravel() for i in range(0, n, ROWS)])
-        backward = np.concatenate([whitener[i:, i : i + COLUMNS].ravel() for i in range(0, n, COLUMNS)])
+        X, alpha, chol_inverse = np.tile(gpis.X[0], (n, 1)), np.zeros(n), np.zeros((n, n))
+        X[:N], alpha[:N], chol_inverse[:N, :N] = gpis.X, gpis.alpha, np.tril(gpis.chol_inverse)
+        forward = np.concatenate([chol_inverse[i : i + ROWS, : i + ROWS].T.ravel() for i in range(0, n, ROWS)])
+        backward = np.concatenate([chol_inverse[i:, i : i + COLUMNS].ravel() for i in range(0, n, COLUMNS)])
         work = np.zeros((WORK * LANES + uncertain + LANES) * n)
         self._arrays = [_aligned(a.ravel()) for a in (X, alpha, forward, backward, work)]
-        numbers = (gpis.prior, gpis.reach, gpis.amplitude, gpis.prior_variance)
-        self._surface = _Surface(CODES[gpis.kernel], n, *numbers, *(a.ctypes.data for a in self._arrays))
+        kernel = gpis.kernel
+        numbers = (gpis.prior, kernel.support_radius, kernel.amplitude, gpis.prior_variance)
+        self._surface = _Surface(CODES[type(kernel)], n, *numbers, *(a.ctypes.data for a in self._arrays))
         self._library = library
 
     def values(self, Z: Array, mean: Array, variance: Array) -> None:
@@ -102,7 +105,7 @@ def raw_jets(gpis: Gpis, uncertain: int, compiled: bool = True) -> NativeJets | 
 
     A kernel that the C source does not know is evaluated in NumPy.
     """
-    loaded = library() if compiled and gpis.kernel in CODES else None
+    loaded = library() if compiled and type(gpis.kernel) in CODES else None
     return NumpyJets(gpis) if loaded is None else NativeJets(loaded, gpis, uncertain)
 
 

@@ -14,6 +14,8 @@ from scipy.spatial.distance import pdist
 from sgnlp.base.settings import GpisSettings
 from sgnlp.perception.observation import Observation
 from sgnlp.perception.sampling import farthest_points
+from sgnlp.surface.kernel import Kernel
+from sgnlp.surface.kernels import named
 
 Array = NDArray[np.float64]
 
@@ -22,20 +24,26 @@ Array = NDArray[np.float64]
 class TrainingSet:
     """Points X (N, 3) [m], values y (N,) [m], noise deviations (N,) [m]; surface points come first.
 
-    `centre` (3,) [m] is that of the exterior cube, `reach` R [m] the largest distance that the kernel is to meet.
+    The prior is a process of mean `prior` [m] and covariance `kernel`; `centre` (3,) [m] is that of the exterior cube.
     """
 
     X: Array
     y: Array
     noise: Array
     prior: float
-    amplitude: float
+    kernel: Kernel
     centre: Array
-    reach: float
 
 
-def training_set(observation: Observation, settings: GpisSettings, seed: int) -> TrainingSet:
-    """The training set of an observation; the same seed gives the same set."""
+def training_set(
+    observation: Observation, settings: GpisSettings, seed: int, kernel: type[Kernel] | None = None
+) -> TrainingSet:
+    """The training set of an observation; the same seed gives the same set.
+
+    Raises:
+        InputError: no `kernel` is given, and the settings name one that is not known.
+    """
+    kind = kernel or named(settings.kernel)
     points = observation.points
     low, high = points.min(axis=0), points.max(axis=0)
     low[2] = min(low[2], observation.table_height)
@@ -51,15 +59,13 @@ def training_set(observation: Observation, settings: GpisSettings, seed: int) ->
     interior = interior_mixtures(surface, settings, seed)
     counts = (len(surface), len(exterior), len(interior))
     X = np.concatenate([surface, exterior, interior])
-    prior = settings.prior_mean if settings.kernel == "thin_plate" else half
     return TrainingSet(
         X=X,
         y=np.repeat([0.0, half, settings.interior_value * half], counts),
         noise=np.repeat([settings.surface_noise, settings.exterior_noise, settings.interior_noise], counts),
-        prior=prior,
-        amplitude=half,
+        prior=settings.prior_mean if kind.prior_mean_from_settings else half,
+        kernel=kind(support_radius=settings.support_scale * max_distance(X), amplitude=half),
         centre=centre,
-        reach=settings.reach_scale * max_distance(X),
     )
 
 

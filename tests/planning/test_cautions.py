@@ -215,7 +215,7 @@ def test_each_caution_is_told_where_its_threshold_is_passed(result):
 @pytest.mark.parametrize("kernel", sorted(KERNELS))
 def test_uncertain_contacts_are_told_by_the_factor_of_their_kernel(result, kernel):
     deviation = np.full_like(result.grasps.contact_deviation, 0.012 / plans.CALIBRATION[kernel])
-    case = with_meta(result, gpis={"kernel": kernel})
+    case = with_grasps(result, meta=result.grasps.meta | {"kernel": kernel})
     assert not plans.uncertain_contacts(with_grasps(case, contact_deviation=0.99 * deviation))
     assert "thumb 12 mm" in plans.uncertain_contacts(with_grasps(case, contact_deviation=1.01 * deviation))
 

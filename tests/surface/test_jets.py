@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from scenes import sphere_points, surface
 
-from sgnlp.surface.gpis import MEAN_JET, MIN_SLOPE, PAIRS, TRIPLES, VARIANCE_JET, parameters, symbolic
+from sgnlp.surface.gpis import MEAN_JET, MIN_SLOPE, PAIRS, TRIPLES, VARIANCE_JET
 from sgnlp.surface.jets import JET, SINGLES, Layout, expand, metric, polynomial
 from sgnlp.surface.kernels import KERNELS
+from sgnlp.surface.symbolic import Posterior
 
 
 def test_a_polynomial_is_the_taylor_series_of_its_coefficients():
@@ -54,10 +55,10 @@ def metric_jets(J, V) -> list[ca.DM]:
 
 @pytest.mark.parametrize("name", sorted(KERNELS))
 def test_metric_jets_equal_plain_differentiation_of_the_metric_quantities(name):
-    gpis = surface(name, 24)
-    f, x = symbolic(name, len(gpis.X)), ca.MX.sym("x", 3)
-    results = f.call([x, *map(ca.DM, parameters(gpis))])
-    mean, gradient, variance = (results[f.index_out(n)] for n in ("mean", "gradient", "variance"))
+    gpis = surface(KERNELS[name], 24)
+    x = ca.MX.sym("x", 3)
+    posterior = Posterior(gpis, x.T)
+    mean, gradient, variance = posterior.mean(), posterior.gradient(), posterior.variance()
     slope = ca.sqrt(ca.sumsqr(gradient) + MIN_SLOPE**2)
     plain = [mean / slope, *[gradient[a] / slope for a in range(3)], mean / slope, variance / slope**2]
     expected = ca.Function("expected", [x], [jet(y, x) for y in plain])

@@ -14,7 +14,7 @@ SETTINGS = GpisSettings(surface_points=80)
 
 def test_surface_exterior_and_interior_points_come_in_this_order_with_the_papers_values_and_noise():
     t = training_set(observation(), SETTINGS, 0)
-    n, half = 80, t.amplitude
+    n, half = 80, t.kernel.amplitude
     assert len(t.X) == n + 14 + 50 == len(t.y) == len(t.noise)
     np.testing.assert_array_equal(t.y[:n], 0.0)
     np.testing.assert_allclose(t.y[n : n + 14], half)
@@ -43,7 +43,7 @@ def test_the_exterior_points_are_the_corners_and_face_centres_of_the_scaled_cube
     t = training_set(observation(), replace(SETTINGS, cube_half_min=1e-3), 0)
     low, high = observation().points.min(axis=0), observation().points.max(axis=0)
     low[2] = 0.0
-    half = t.amplitude
+    half = t.kernel.amplitude
     assert half == pytest.approx(1.2 * (high - low).max() / 2)
     np.testing.assert_allclose(t.centre, (low + high) / 2)
     offsets = np.abs(t.X[80 : 80 + 14] - t.centre) / half
@@ -51,18 +51,18 @@ def test_the_exterior_points_are_the_corners_and_face_centres_of_the_scaled_cube
     assert len(np.unique(cube_directions(), axis=0)) == 14
 
 
-def test_the_reach_is_the_scaled_largest_distance_between_training_points():
-    t = training_set(observation(), replace(SETTINGS, reach_scale=1.3), 0)
-    assert t.reach == pytest.approx(1.3 * np.linalg.norm(t.X[:, None] - t.X[None], axis=2).max())
+def test_the_support_radius_is_the_scaled_largest_distance_between_training_points():
+    t = training_set(observation(), replace(SETTINGS, support_scale=1.3), 0)
+    assert t.kernel.support_radius == pytest.approx(1.3 * np.linalg.norm(t.X[:, None] - t.X[None], axis=2).max())
 
 
 def test_kernels_with_a_deviation_of_their_own_begin_at_the_exterior_value():
     t = training_set(observation(), replace(SETTINGS, kernel="matern52"), 0)
-    assert t.prior == t.amplitude == t.y.max()
+    assert t.prior == t.kernel.amplitude == t.y.max()
 
 
 def test_the_cube_of_a_small_object_keeps_its_least_size():
-    assert training_set(observation(), replace(SETTINGS, cube_half_min=0.15), 0).amplitude == 0.15
+    assert training_set(observation(), replace(SETTINGS, cube_half_min=0.15), 0).kernel.amplitude == 0.15
 
 
 def test_interior_points_are_convex_mixtures_that_a_high_temperature_draws_to_the_mean():

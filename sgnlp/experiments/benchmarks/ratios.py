@@ -20,7 +20,7 @@ from sgnlp.program.nlp import ENERGY_UNIT
 
 STEPS = 200  # first-order steps, as many as the paper's release takes
 PLAIN_POINTS = 12
-"""Surface and interior points for which CasADi's plain Hessian is built: at full size that takes many minutes."""
+"""Surface and interior points for which CasADi's plain Hessian is built: at full size a call of it takes a second."""
 
 
 def rows(bench: Bench) -> Iterator[Row]:

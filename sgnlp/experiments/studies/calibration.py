@@ -105,7 +105,8 @@ def rows_of(setup: Setup, file: Path, views: list[str]) -> list[Row]:
             continue
         tried = replace(setup.settings.gpis, kernel=kernel, surface_noise=noise * setup.settings.gpis.surface_noise)
         training = training_set(observation, tried, setup.seed)
-        gpis = fit(replace(training, reach=length * training.reach), kernel)
+        prior = training.kernel
+        gpis = fit(replace(training, kernel=replace(prior, support_radius=length * prior.support_radius)))
         key = (observation.name, " ".join(views), kernel, 1e3 * tried.surface_noise, length)
         rows += [Row(*key, *values) for values in _sides(gpis, known, seen)]
     return rows

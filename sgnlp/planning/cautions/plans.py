@@ -105,7 +105,7 @@ def torques(result: Planned) -> str:
 def uncertain_contacts(result: Planned) -> str:
     """Contacts that may come a fingertip's radius early or late."""
     radius = np.array([finger.radius for finger in result.hand.fingers])
-    factor = CALIBRATION.get(str(result.grasps.meta["settings"]["gpis"]["kernel"]), 0.0)  # not of a kernel of one's own
+    factor = CALIBRATION.get(str(result.grasps.meta.get("kernel")), 0.0)  # not of a kernel of one's own
     deviation = factor * result.grasps.contact_deviation[0]
     found = _fingers(result, deviation > radius, 1e3 * deviation, "mm")
     reason = f"contact may come a fingertip's radius ({1e3 * radius.max():.0f} mm) early or late"
