@@ -12,7 +12,7 @@ from functools import cache
 from importlib import import_module
 from itertools import dropwhile, takewhile
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Any
 from unittest.mock import patch
 
 import griffe
@@ -85,15 +85,14 @@ def _value(value: Any) -> str:
 
 
 def _valid(owner: Checked, name: str) -> str:
-    kind = get_type_hints(type(owner))[name]
-    if get_origin(kind) is Literal:
-        return ", ".join(f"`{choice}`" for choice in get_args(kind))
-    interval = owner.valid.get(name)
-    words = {POSITIVE: "positive", NOT_NEGATIVE: "not negative", None: "yes or no" if kind is bool else ""}
-    if interval in words:
-        return words[interval]
-    low, high = interval  # type: ignore[misc]
-    return f"at least {low:g}" if high >= POSITIVE[1] else f"{low:g} to {high:g}"
+    if names := owner.names(name):
+        return ", ".join(f"`{choice}`" for choice in names)
+    interval = owner.interval(name)
+    words = {POSITIVE: "positive", NOT_NEGATIVE: "not negative"}
+    if interval is None:
+        return "yes or no" if isinstance(getattr(owner, name), bool) else ""
+    low, high = interval
+    return words.get(interval) or (f"at least {low:g}" if high >= POSITIVE[1] else f"{low:g} to {high:g}")
 
 
 @cache

@@ -9,11 +9,12 @@ from contextlib import closing
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import tyro
 from rich.console import Console
 
+from sgnlp.base.checked import POSITIVE
 from sgnlp.base.errors import InputError, MachineError, SolverError
 from sgnlp.base.exclusive import alone
 from sgnlp.cli import codes, compiling, lacks
@@ -34,7 +35,7 @@ class Batch(Tabling, Observing):
 
     files: tyro.conf.Positional[tuple[Path, ...]]
     """the clouds, as for `sgnlp solve`"""
-    jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
+    jobs: Annotated[int, POSITIVE] = field(default_factory=lambda: os.cpu_count() or 1)
     """objects at the same time; on a cluster, as many as it has workers"""
     backend: Literal["loky", "dask"] = "loky"
     """processes of this machine, or a dask cluster that sees the same files"""

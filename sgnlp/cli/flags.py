@@ -6,11 +6,11 @@ import sys
 from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import tyro
 
-from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
+from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked, Positive
 from sgnlp.base.presets import ROBUST, preset
 from sgnlp.base.settings import Settings
 from sgnlp.perception.observation import Observation, ObservationSettings, Up, load
@@ -24,31 +24,27 @@ ROWS, PARQUET = "rows.csv", "rows.parquet"
 class Planning(Checked):
     """With what plans are made."""
 
-    valid: ClassVar[dict[str, Interval]] = {"jobs": POSITIVE}
-
     preset: str = "robust"
     """settings to begin with: one of `sgnlp --help`; every flag below changes one of them"""
     hand: str = "allegro_left"
     """a hand of `sgnlp hands`, or a folder with a hand.yaml"""
-    jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
+    jobs: Annotated[int, POSITIVE] = field(default_factory=lambda: os.cpu_count() or 1)
     """worker processes; the result does not depend on it"""
     settings: Annotated[Settings, tyro.conf.arg(name="")] = ROBUST
     """everything about the plan"""
 
-    def _check(self, name: str, value: Any, names: tuple[str, ...]) -> None:
+    def _check(self, name: str, value: Any) -> None:
         if value is not tyro.MISSING:  # the default of what is required
-            super()._check(name, value, names)
+            super()._check(name, value)
 
 
 @dataclass(kw_only=True)
 class Starting(Planning):
     """And from which starts."""
 
-    valid: ClassVar[dict[str, Interval]] = Planning.valid | {"starts": POSITIVE, "seed": NOT_NEGATIVE}
-
-    starts: int = 7
+    starts: Annotated[int, POSITIVE] = 7
     """initial guesses for a cloud: the hand's own first, then seeded ones around it"""
-    seed: int = 0
+    seed: Annotated[int, NOT_NEGATIVE] = 0
     """of everything random"""
 
 
@@ -56,13 +52,11 @@ class Starting(Planning):
 class Observing(Starting):
     """And of which clouds, with the limit of a start."""
 
-    valid: ClassVar[dict[str, Interval]] = Starting.valid | {"timeout": POSITIVE, "scale": POSITIVE}
-
-    timeout: float = 60.0
+    timeout: Positive = 60.0
     """wall-clock limit of a start [s]"""
     views: tuple[str, ...] = ()
     """cameras to use, by name or index; all if none is named"""
-    scale: float = 1.0
+    scale: Positive = 1.0
     """factor to metres: 0.001 for a cloud in millimetres"""
     table_height: float | None = None
     """height of the table [m]; taken from the file, or estimated, if not given"""

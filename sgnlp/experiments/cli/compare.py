@@ -5,12 +5,12 @@ from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Annotated, Any
 
 import tyro
 from rich.console import Console
 
-from sgnlp.base.checked import POSITIVE, Interval
+from sgnlp.base.checked import POSITIVE, Positive
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Formulation
 from sgnlp.cli import codes, compiling, lacks
@@ -38,19 +38,17 @@ EVERY = "all"
 class Compare(Tabling, Starting):
     """Compare solvers on the same problems from the same starts; run again, it goes on where it ended."""
 
-    valid: ClassVar[dict[str, Interval]] = Starting.valid | {"time_limit": POSITIVE, "repeats": POSITIVE}
-
     files: tyro.conf.Positional[tuple[Path, ...]] = ()
     """the clouds"""
     solvers: tuple[str, ...] = ()
     """names of `sgnlp solvers`, or `all`; all but those known to fail here if none is named"""
     formulations: tuple[Formulation, ...] = ("penalty", "constrained")
     """what is solved"""
-    starts: int = 3
+    starts: Annotated[int, POSITIVE] = 3
     """initial guesses for a cloud, the same for every solver; more of them later are added"""
-    time_limit: float = 3.0
+    time_limit: Positive = 3.0
     """processor time of a solve at most [s]; what takes longer has failed"""
-    repeats: int = 2
+    repeats: Annotated[int, POSITIVE] = 2
     """solves of each start in one process, the first of them cold; a failure is not repeated"""
     tolerances: tuple[float, ...] = (1e-3, 1e-6)
     """residuals of the problem as posed to be reached, each by a run that asks for a tenth of it"""
