@@ -1,9 +1,10 @@
 """Settings that know which of their values are valid."""
 
+from collections.abc import Mapping
 from dataclasses import fields
 from functools import cache
 from math import isfinite
-from typing import Annotated, Any, ClassVar, Literal, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, ClassVar, Literal, Self, get_args, get_origin, get_type_hints
 
 from sgnlp.base.errors import InputError, unknown
 
@@ -31,14 +32,21 @@ class Checked:
     @classmethod
     def names(cls, name: str) -> tuple[str, ...]:
         """The valid values of a field that takes one of some names; empty for others."""
-        kind = _types(cls)[name]
+        kind = _types(cls)[name]  # type: ignore[arg-type]
         return get_args(kind) if get_origin(kind) is Literal else ()
 
     @classmethod
     def interval(cls, name: str) -> Interval | None:
         """The interval of a field; None if it has none."""
-        metadata = getattr(_types(cls)[name], "__metadata__", ())
+        metadata = getattr(_types(cls)[name], "__metadata__", ())  # type: ignore[arg-type]
         return next((each for each in metadata if isinstance(each, tuple)), None)
+
+    @classmethod
+    def restored(cls, values: Mapping[str, Any]) -> Self:
+        """The settings of plain values, as `asdict` gives them. Names that other versions had are left out."""
+        types = _types(cls)  # type: ignore[arg-type]
+        known = {name: value for name, value in values.items() if name in types}
+        return cls(**{n: types[n].restored(v) if isinstance(v, Mapping) else v for n, v in known.items()})
 
     def _check(self, name: str, value: Any) -> None:
         flag, names = f"{self.section}.{name}".lstrip(".").replace("_", "-"), self.names(name)

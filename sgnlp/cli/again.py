@@ -9,7 +9,7 @@ from typing import Any
 from sgnlp.base.flags import changed, differences
 from sgnlp.base.presets import PRESETS, VARIANTS, preset
 from sgnlp.cli.flags import Observing
-from sgnlp.perception.observation import ObservationSettings
+from sgnlp.perception.observation import PLAIN
 from sgnlp.planning import reopen
 
 FILE = "FILE"
@@ -22,14 +22,10 @@ def command(meta: Mapping[str, Any], folder: Path) -> str:
 
     A hand that is none of `sgnlp hands` is named; its folder is for the reader to know.
     """
-    reading = meta.get("reading") or {}
     words = ["sgnlp", "solve", str(meta.get("source") or FILE)]
-    words += ["--views", *map(str, reading["views"])] if reading.get("views") else []
-    words += changed("", {"scale": DEFAULTS.scale, "table_height": None, "key": None, "up": DEFAULTS.up}, reading)
-    words += ["--pose", *map(repr, reading["pose"])] if reading.get("pose") else []
+    words += differences(asdict(PLAIN), asdict(reopen.reading(dict(meta))))
     for name in ("hand", "starts", "seed", "timeout"):
         words += changed("", {name: getattr(DEFAULTS, name)}, meta)
-    words += changed("cleaning.", asdict(ObservationSettings()), reading.get("settings") or {})
     words += _settings(dict(meta))
     usual = Path("results") / str(meta["object"])
     return shlex.join(words + (["--out", str(folder)] if folder != usual else []))

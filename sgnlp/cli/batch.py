@@ -102,13 +102,7 @@ class Batch(Tabling, Observing):
             count=self.starts,
             seed=self.seed,
             timeout=self.timeout,
-            views=self.views,
-            scale=self.scale,
-            table_height=self.table_height,
-            key=self.key,
-            up=self.up,
-            pose=self.pose,
-            cleaning=self.cleaning,
+            reading=self.reading,
         )
 
     def _workers(self) -> Workers:
@@ -119,9 +113,7 @@ class Batch(Tabling, Observing):
     def _made(self, hand: Hand) -> dict[str, Any]:
         """How the rows are made, and by which process; `study` is what they depend on beside the clouds."""
         flags = {key: value for key, value in asdict(self).items() if key != "files"}
-        study = {
-            key: flags[key] for key in ("seed", "starts", "views", "scale", "table_height", "cleaning", "settings")
-        }
+        study = {key: flags[key] for key in ("seed", "starts", "reading", "settings")}
         process = {"process": os.getpid(), "host": platform.node()}
         plain = json.loads(json.dumps({"batch": flags, "study": {"hand": hand.name} | study}, default=str))
         return made(**process, **plain)

@@ -13,7 +13,7 @@ import tyro
 from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked, Positive
 from sgnlp.base.presets import ROBUST, preset
 from sgnlp.base.settings import Settings
-from sgnlp.perception.observation import Observation, ObservationSettings, Up, load
+from sgnlp.perception.observation import PLAIN, Reading
 from sgnlp.planning import environment, results
 
 Command = TypeVar("Command")
@@ -54,33 +54,8 @@ class Observing(Starting):
 
     timeout: Positive = 60.0
     """wall-clock limit of a start [s]"""
-    views: tuple[str, ...] = ()
-    """cameras to use, by name or index; all if none is named"""
-    scale: Positive = 1.0
-    """factor to metres: 0.001 for a cloud in millimetres"""
-    table_height: float | None = None
-    """height of the table [m]; taken from the file, or estimated, if not given"""
-    key: str | None = None
-    """array of an npz that holds the points, where it is not `points`"""
-    up: Up = "z"
-    """axis of the cloud that points up; it is turned to z"""
-    pose: Annotated[tuple[float, ...] | None, tyro.conf.arg(metavar="16 NUMBERS")] = None
-    """pose of the cloud's frame in the world, such as its camera's: 16 numbers of a matrix in metres, row by row"""
-    cleaning: ObservationSettings = field(default_factory=ObservationSettings)
-    """how the cloud is cleaned"""
-
-    def observation(self, file: Path) -> Observation:
-        """The cloud in a file, read as the flags say."""
-        return load(
-            file,
-            views=list(self.views) or None,
-            scale=self.scale,
-            table_height=self.table_height,
-            key=self.key,
-            up=self.up,
-            pose=self.pose,
-            settings=self.cleaning,
-        )
+    reading: Annotated[Reading, tyro.conf.arg(name="")] = PLAIN
+    """how the cloud is read"""
 
 
 @dataclass(kw_only=True)

@@ -13,7 +13,7 @@ from sgnlp.cli import codes
 from sgnlp.cli.flags import made
 from sgnlp.cli.progress import bars
 from sgnlp.hand.hand import Hand, load_hand
-from sgnlp.perception.observation import Observation, load
+from sgnlp.perception.observation import PLAIN, Observation, Reading, load
 from sgnlp.planning import reopen, results
 from sgnlp.planning.grasps import Grasps
 from sgnlp.show import simulation_pictures, tables
@@ -50,9 +50,8 @@ class Simulate:
         grasps = results.load_grasps(self.folder)
         hand = load_hand(self.hand or grasps.meta["hand"], grasps.meta["settings"]["spheres"])
         source = reopen.source(grasps, self.folder, self.object)
-        reading = {} if self.object else grasps.meta.get("reading") or {}
-        turned = {name: reading[name] for name in ("key", "up", "pose") if name in reading}
-        seen = load(source, scale=self.scale, **turned)
+        reading = PLAIN if self.object else reopen.reading(grasps.meta)
+        seen = load(source, Reading(scale=self.scale, key=reading.key, up=reading.up, pose=reading.pose))
         thing, settings, ranks = true_body(seen), self._loaded(seen), self._ranks(grasps)
         outcomes = []
         with bars(console) as bar:

@@ -1,13 +1,12 @@
 """A result's problem posed again: its cloud read from its source, its surface fitted as it was."""
 
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand
-from sgnlp.perception.observation import Observation, ObservationSettings, load
+from sgnlp.perception.observation import Observation, Reading, load
 from sgnlp.planning.cautions.planned import Planned
 from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.problem import Problem, pose
@@ -16,9 +15,12 @@ from sgnlp.planning.results import load_grasps
 
 def settings(meta: dict[str, Any]) -> Settings:
     """The settings that a result was planned with."""
-    known: dict[str, Any] = {f.name: f.default_factory for f in fields(Settings)}
-    values = {name: value for name, value in meta["settings"].items() if name in known}
-    return Settings(**{n: known[n](**value) if isinstance(value, dict) else value for n, value in values.items()})
+    return Settings.restored(meta["settings"])
+
+
+def reading(meta: dict[str, Any]) -> Reading:
+    """How the cloud of a result was read."""
+    return Reading.restored(meta.get("reading") or {})
 
 
 def source(grasps: Grasps, folder: Path, file: Path | None = None) -> Path:
@@ -49,12 +51,7 @@ def observation(grasps: Grasps, folder: Path, file: Path | None = None) -> Obser
         InputError: the file is missing, or it is not the cloud that was solved.
     """
     path = source(grasps, folder, file)
-    options = dict(grasps.meta.get("reading") or {})
-    if "settings" in options:
-        known = {f.name for f in fields(ObservationSettings)}
-        kept = {name: value for name, value in options["settings"].items() if name in known}
-        options["settings"] = ObservationSettings(**kept)
-    found = load(path, **options)
+    found = load(path, reading(grasps.meta))
     if found.digest != grasps.meta.get("input_digest"):
         raise InputError(f"'{path}' has changed, or was read with other options, since it was solved")
     return found

@@ -25,7 +25,7 @@ def meta(plan: Plan) -> dict[str, Any]:
         "source": observation.source,
         "working_folder": str(Path.cwd()),
         "input_digest": observation.digest,
-        "reading": observation.reading,
+        "reading": observation.reading and asdict(observation.reading, dict_factory=_plain),
         "table_height": observation.table_height,
         "hand": plan.problem.hand.name,
         "settings": asdict(plan.problem.settings, dict_factory=_plain),

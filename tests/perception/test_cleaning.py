@@ -124,7 +124,7 @@ def test_an_axis_that_points_up_is_turned_to_z(tmp_path, up):
     np.testing.assert_allclose(np.sort(found.points[:, 2]), np.sort(observe(BALL, table_height=-0.001).points[:, 2]))
     distances = np.linalg.norm(found.points - found.points[0], axis=1)
     assert distances.max() < 0.081  # nothing is stretched
-    assert found.reading["up"] == up
+    assert found.reading.up == up
 
 
 def test_a_pose_turns_points_cameras_and_mesh_but_no_height(tmp_path):

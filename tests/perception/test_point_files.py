@@ -200,7 +200,7 @@ def test_points_under_another_key_are_offered_and_read(tmp_path):
     with pytest.raises(InputError, match=r"if 'pc' holds the points, say --key pc; its keys: mask, pc"):
         load(file)
     np.testing.assert_array_equal(read(file, "pc").points, P)
-    assert load(file, key="pc").reading["key"] == "pc"
+    assert load(file, key="pc").reading.key == "pc"
     with pytest.raises(InputError, match="unknown key 'pcd'; valid: mask, pc"):
         load(file, key="pcd")
 

@@ -21,7 +21,7 @@ from sgnlp.base.presets import PRESETS, ROBUST, preset
 from sgnlp.cli import again, report, run
 from sgnlp.cli.flags import beginning
 from sgnlp.cli.solve import Solve
-from sgnlp.perception.observation import ObservationSettings
+from sgnlp.perception.observation import ObservationSettings, Reading
 from sgnlp.planning import reopen, results
 from sgnlp.planning.cautions.plans import alike
 from sgnlp.show.report.content import distinct
@@ -218,14 +218,15 @@ ODD = replace(
 @pytest.mark.parametrize("settings", [*PRESETS.values(), preset("paper+bilevel-low"), ODD])
 def test_the_command_parses_back_to_the_same_settings(settings):
     cleaning = asdict(replace(ObservationSettings(), min_points=50))
-    reading = {"views": ["435", "455"], "scale": 0.001, "table_height": 0.013, "settings": cleaning}
+    reading = {"views": ["435", "455"], "scale": 0.001, "table_height": 0.013, "cleaning": cleaning}
     meta = {"settings": asdict(settings), "source": "a b.npz", "object": "egg", "hand": "allegro_right", "seed": 3}
     meta |= {"starts": 9, "timeout": 5.0, "reading": reading}
     found = parsed(again.command(meta, Path("results/egg")))
     assert found.settings == settings
-    assert (found.file, found.views, found.scale, found.table_height) == (Path("a b.npz"), ("435", "455"), 0.001, 0.013)
+    assert found.file == Path("a b.npz")
     assert (found.hand, found.starts, found.seed, found.timeout, found.out) == ("allegro_right", 9, 3, 5.0, None)
-    assert found.cleaning == replace(ObservationSettings(), min_points=50)
+    cleaning = replace(ObservationSettings(), min_points=50)
+    assert found.reading == Reading(("435", "455"), 0.001, 0.013, cleaning=cleaning)
 
 
 def test_the_command_of_defaults_is_short(folder):
