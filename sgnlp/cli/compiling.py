@@ -4,13 +4,15 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
-from typing import Any
+from dataclasses import asdict, replace
 
 from rich.console import Console
 
 from sgnlp.base import toolchain
 from sgnlp.base.errors import MachineError, SolverError
+from sgnlp.base.flags import changed, differences
 from sgnlp.base.settings import Settings
+from sgnlp.cli.flags import Planning
 from sgnlp.cli.progress import Bar
 from sgnlp.hand.hand import Hand
 from sgnlp.planning.ipopt import schedule
@@ -20,6 +22,8 @@ from sgnlp.surface import native
 
 PATIENCE = 10
 """Niceness of a build in the background: it must not slow what the user does next."""
+CONTACT = ("samples", "density", "equilibrium", "metric", "heuristic")
+"""Settings of `contact` that decide which functions there are."""
 WORTH = 300
 """Starts for which a build pays before they begin: it takes 60 s of processor time, and saves 0.2 s of each."""
 
@@ -80,13 +84,13 @@ def offer(console: Console, hand: Hand, name: str, settings: Settings) -> None:
 
 def _flags(name: str, settings: Settings) -> list[str]:
     """The flags that decide the structure, where they differ from the defaults."""
-    default, contact = Settings(), settings.contact
-    values: dict[str, tuple[Any, Any]] = {
-        "spheres": (settings.spheres, default.spheres),
-        "solver.formulation": (settings.solver.formulation, default.solver.formulation),
-    }
-    values["limits.effort"] = (settings.limits.effort, default.limits.effort)
-    for field in ("samples", "density", "equilibrium", "metric", "heuristic"):
-        values[f"contact.{field}"] = (getattr(contact, field), getattr(default.contact, field))
-    flags = [word for flag, (value, usual) in values.items() if value != usual for word in (f"--{flag}", str(value))]
-    return flags if name == "allegro_left" else ["--hand", name, *flags]
+    default = Settings()
+    contact = {field: getattr(settings.contact, field) for field in CONTACT}
+    chosen = replace(
+        default,
+        spheres=settings.spheres,
+        contact=replace(default.contact, **contact),
+        limits=replace(default.limits, effort=settings.limits.effort),
+        solver=replace(default.solver, formulation=settings.solver.formulation),
+    )
+    return [*changed("", {"hand": Planning.hand}, {"hand": name}), *differences(asdict(default), asdict(chosen))]

@@ -102,10 +102,8 @@ def check_truth(**values: float | None) -> None:
             raise InputError(f"'{key}' must be a positive number; found {value}")
 
 
-def mesh(vertices: object, faces: object) -> tuple[NDArray[np.float64], NDArray[np.int64]] | None:
-    """The vertices (U, 3) and faces (F, 3) of a triangle mesh, checked; None where neither is given."""
-    if vertices is None and faces is None:
-        return None
+def mesh(vertices: object, faces: object) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """The vertices (U, 3) and faces (F, 3) of a triangle mesh, checked."""
     if vertices is None or faces is None:
         raise InputError("'mesh_vertices' and 'mesh_faces' must be given together")
     corners = floats(vertices, "mesh_vertices", (None, 3))

@@ -171,7 +171,7 @@ def observe(
     check_shape(clean.points, settings, table_height)
     positions = None if cameras.positions is None else frame.to_world(cameras.positions[kept])
     _check_cameras(positions, table)
-    mesh = clouds.mesh(mesh_vertices, mesh_faces)
+    mesh = None if mesh_vertices is mesh_faces is None else clouds.mesh(mesh_vertices, mesh_faces)
     return Observation(
         points=_frozen(clean.points),
         view=_frozen(np.searchsorted(kept, cameras.view[clean.index])),
