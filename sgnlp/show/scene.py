@@ -95,7 +95,7 @@ def view(grasps: Grasps, rank: int, hand: Hand, problem: Problem | None) -> View
         labels=(*labels, *letters),
         sheets=(
             sheets.fingers(grasps, rank),
-            sheets.energy(grasps, rank, problem),
+            sheets.energy(grasps, rank, None if problem is None else problem.weights()),
             sheets.wrist(grasps, rank, hand),
             sheets.joints(grasps, rank, hand),
         ),

@@ -35,7 +35,7 @@ SMALL = ("--gpis.surface-points", "60", "--gpis.interior-points", "15", "--conta
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
     """A small plan of an ellipsoid from two starts, with its report."""
-    place = tmp_path_factory.mktemp("dossier")
+    place = tmp_path_factory.mktemp("report")
     view = (ellipsoid()[:, 0] > 0).astype(int)
     cameras = np.array([[-0.5, 0.0, 0.4], [0.5, 0.0, 0.4]])
     np.savez(place / "egg.npz", points=ellipsoid(), view=view, camera_positions=cameras, table_height=0.0)
@@ -80,7 +80,7 @@ def test_the_numbers_are_those_of_the_summary(folder):
             max(v for v in start["kkt"].values() if v != start["kkt"]["where"]), rel=0.5
         )
         assert int(told["iterations"]) == start["iterations"]
-    *terms, total = shown["Energy, term by term"][1:]
+    *terms, total = shown["Energy, exact"][1:]
     assert [row[0] for row in terms] == list(summary["best"]["energy_terms"])
     for row, term in zip(terms, summary["best"]["energy_terms"].values(), strict=True):
         assert float(row[3]) == pytest.approx(term["share"], abs=5e-3)
@@ -122,7 +122,7 @@ def test_a_simulation_is_told_if_it_is_of_this_plan(folder):
     file = folder / "simulation.json"
     file.write_text(json.dumps(told), encoding="utf-8")
     section = report._simulated(folder)
-    assert section.sheets[0].rows[1] == ("0", "held", "1", "1", "49.5", "4.2", "5 of 6", "2.1", "")
+    assert section.sheets[0].rows[1] == ("0", "held", "1", "1", "49.5", "4.2", "5/6", "2.1", "")
     os.utime(file, (0, 0))
     assert report._simulated(folder) is None
     file.unlink()

@@ -4,7 +4,8 @@ import base64
 from collections.abc import Mapping
 from html import escape
 
-from sgnlp.show.report.content import Dossier, Figure, Section
+from sgnlp.show import sheets
+from sgnlp.show.report.content import Figure, Report, Section
 from sgnlp.show.sheets import Sheet
 
 PICTURES = "report"
@@ -31,7 +32,7 @@ pre { background: #f2f2f2; padding: .8rem; white-space: pre-wrap; overflow-wrap:
 """
 
 
-def html(report: Dossier) -> str:
+def html(report: Report) -> str:
     """The whole page: no script, nothing that is loaded from elsewhere."""
     body = "\n".join(_html_section(section) for section in report.sections)
     title = escape(report.title)
@@ -81,7 +82,7 @@ def _html_image(name: str, files: Mapping[str, bytes], style: str) -> str:
     return f'<img{style} alt="{escape(name)}" src="data:{TYPES[suffix]};base64,{data}">'
 
 
-def markdown(report: Dossier) -> tuple[str, dict[str, bytes]]:
+def markdown(report: Report) -> tuple[str, dict[str, bytes]]:
     """The text, and the pictures that it shows by their paths beside it."""
     parts = [f"# {report.title}", report.lead]
     files: dict[str, bytes] = {}
@@ -92,13 +93,8 @@ def markdown(report: Dossier) -> tuple[str, dict[str, bytes]]:
         parts += [f"```bash\n{section.code}\n```"] if section.code else []
         for sheet in section.sheets:
             parts += [f"### {sheet.title}"] if sheet.title else []
-            parts.append(_markdown_table(sheet))
+            parts.append(sheets.markdown(sheet.rows))
         for figure in section.figures:
             files |= {f"{PICTURES}/{figure.name}.{suffix}": content for suffix, content in figure.files.items()}
             parts += [f"![{figure.name}]({PICTURES}/{figure.name}.png)", figure.caption]
     return "\n\n".join(parts) + "\n", files
-
-
-def _markdown_table(sheet: Sheet) -> str:
-    rows = [sheet.rows[0], ("---",) * len(sheet.rows[0]), *sheet.rows[1:]]
-    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows)
