@@ -45,9 +45,7 @@ def energy(grasps: Grasps, rank: int, weights: ArrayLike | None) -> Sheet:
     values = grasps.energy_terms[rank]
     known = np.full(len(values), np.nan) if weights is None else np.asarray(weights)
     rows = [("term", "value", "weight", "share")]
-    for name, value, w in zip(
-        grasps.term_names, values, [np.nan] * len(values) if weights is None else weights, strict=True
-    ):
+    for name, value, w in zip(grasps.term_names, values, known, strict=True):
         rows.append((str(name), f"{value:.4g}", f"{w:g}", f"{w * value:.2f}"))
     rows.append(("total", "", "", f"{grasps.energy[rank]:.2f}"))
     return Sheet("Energy, exact", tuple(rows))
