@@ -228,14 +228,19 @@ def world_pose(up: str, pose: Sequence[float] | None) -> FloatArray | None:
     return turn
 
 
-def checked_pose(pose: ArrayLike) -> FloatArray:
-    """A pose (4, 4); raises `InputError` unless it is a rotation and a translation."""
-    matrix = clouds.floats(pose, "pose", (4, 4))
-    R = matrix[:3, :3]
-    off = max(np.abs(R @ R.T - np.eye(3)).max(), np.abs(matrix[3] - [0, 0, 0, 1]).max())
-    if not (off < ROTATION_SLACK and np.linalg.det(R) > 0):
-        raise InputError("the pose must be a rotation and a translation, its last row 0 0 0 1")
-    return matrix
+def checked_pose(value: ArrayLike) -> FloatArray:
+    """The pose (4, 4), with the last row where (3, 4) are given. Raises `InputError` for what is no rigid motion."""
+    given = np.asarray(value)
+    pose = clouds.floats(given, "pose", (3, 4) if given.shape == (3, 4) else (4, 4))
+    if len(pose) == 3:
+        pose = np.vstack([pose, [0.0, 0, 0, 1]])
+    R = pose[:3, :3]
+    rigid = np.isfinite(pose).all() and np.abs(R.T @ R - np.eye(3)).max() < ROTATION_SLACK and np.linalg.det(R) > 0
+    if rigid and np.array_equal(pose[:, 3], [0, 0, 0, 1]) and pose[3, :3].any():
+        raise InputError("the pose is transposed: its translation belongs into the last column; give it by rows")
+    if not (rigid and np.array_equal(pose[3], [0, 0, 0, 1])):
+        raise InputError("the pose must be [[R, t], [0 0 0 1]] with a rotation matrix R, camera to world")
+    return pose
 
 
 def _check_cameras(positions: FloatArray | None, table: float) -> None:

@@ -140,7 +140,7 @@ def test_a_pose_turns_points_cameras_and_mesh_but_no_height(tmp_path):
     np.testing.assert_allclose(found.mesh_vertices, np.eye(3), atol=1e-12)
     assert found.table_height == pytest.approx(observe(BALL).table_height)
     assert "Ignored the table's height in the file: it is not in the world's frame." in found.notes
-    for wrong, message in ((2 * pose, "a rotation and a translation"), (pose[:3], "16 numbers")):
+    for wrong, message in ((2 * pose, "a rotation matrix"), (pose[:3], "16 numbers")):
         with pytest.raises(InputError, match=message):
             load(tmp_path / "c.npz", pose=wrong.ravel().tolist())
     with pytest.raises(InputError, match="not both"):
