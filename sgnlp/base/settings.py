@@ -1,4 +1,4 @@
-"""Every number that a user may change, with its source. Settings are frozen; `sgnlp.base.presets` has instances."""
+"""Every number that a user may change, with its source. Settings are frozen; presets are in `sgnlp.base.presets`."""
 
 from dataclasses import dataclass, field
 from typing import Annotated, Literal

@@ -1,4 +1,4 @@
-"""The command that plans a result again, from what the result says of itself."""
+"""The command that plans a result again, from the result's own `meta`."""
 
 import shlex
 from collections.abc import Mapping
@@ -13,14 +13,14 @@ from sgnlp.perception.observation import PLAIN
 from sgnlp.planning import reopen
 
 FILE = "FILE"
-"""In the place of the cloud, if it was planned from Python and no file is known."""
+"""Stands for the cloud's file where it is not known: planned from Python, without a file."""
 DEFAULTS = Observing()
 
 
 def command(meta: Mapping[str, Any], folder: Path) -> str:
-    """`sgnlp solve` with the flags that are not at their defaults, the preset being the one that leaves fewest.
+    """`sgnlp solve` with the flags that differ from their defaults; the preset is the one that needs the fewest.
 
-    A hand that is none of `sgnlp hands` is named; its folder is for the reader to know.
+    A hand that is not one of `sgnlp hands` is given by its name, since its folder is not known.
     """
     words = ["sgnlp", "solve", str(meta.get("source") or FILE)]
     words += differences(asdict(PLAIN), asdict(reopen.reading(dict(meta))))

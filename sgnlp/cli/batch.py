@@ -31,7 +31,7 @@ MADE = "made.json"
 
 @dataclass(kw_only=True)
 class Batch(Tabling, Observing):
-    """Plan grasps for many clouds, each into its own folder; run again, it goes on where it ended."""
+    """Plan grasps for many clouds, each into its own folder; run it again to continue where it ended."""
 
     files: tyro.conf.Positional[tuple[Path, ...]]
     """the clouds, as for `sgnlp solve`"""
@@ -95,7 +95,7 @@ class Batch(Tabling, Observing):
             console.print(f"The functions stay interpreted: {error}", soft_wrap=True)
 
     def _task(self) -> Task:
-        """What the workers are told; they may run elsewhere, so a hand's folder is named in full."""
+        """The task of the workers. They may run elsewhere, so a hand's folder is an absolute path."""
         return Task(
             hand=self.hand if self.hand in available_hands() else str(Path(self.hand).absolute()),
             settings=self.settings,
@@ -111,7 +111,7 @@ class Batch(Tabling, Observing):
         return Workers(self.jobs, self.scheduler)
 
     def _made(self, hand: Hand) -> dict[str, Any]:
-        """How the rows are made, and by which process; `study` is what they depend on beside the clouds."""
+        """How and by which process the rows are made; they depend on `study` and on the clouds."""
         flags = {key: value for key, value in asdict(self).items() if key != "files"}
         study = {key: flags[key] for key in ("seed", "starts", "reading", "settings")}
         process = {"process": os.getpid(), "host": platform.node()}

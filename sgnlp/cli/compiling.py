@@ -1,4 +1,4 @@
-"""What the commands say and do where the functions are not compiled yet."""
+"""What commands do and print when the functions are not compiled yet."""
 
 import os
 import subprocess
@@ -21,11 +21,11 @@ from sgnlp.program.structure import structure
 from sgnlp.surface import native
 
 PATIENCE = 10
-"""Niceness of a build in the background: it must not slow what the user does next."""
+"""Niceness of a build in the background, so that it does not slow down other work."""
 CONTACT = ("samples", "density", "equilibrium", "metric", "heuristic")
 """Settings of `contact` that decide which functions there are."""
 WORTH = 300
-"""Starts for which a build pays before they begin: it takes 60 s of processor time, and saves 0.2 s of each."""
+"""Number of starts for which building first pays: a build takes 60 s of processor time and saves 0.2 s a start."""
 
 
 def build(hand: Hand, settings: Settings, jobs: int, bar: Callable[[str, int | None], Bar]) -> None:

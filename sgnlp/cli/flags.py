@@ -1,4 +1,4 @@
-"""The flags that several commands have, each said and checked once. A command inherits those that it has."""
+"""The flags that several commands share, each defined and checked once. A command inherits its flags."""
 
 import os
 import shlex
@@ -22,7 +22,7 @@ ROWS, PARQUET = "rows.csv", "rows.parquet"
 
 @dataclass(kw_only=True)
 class Planning(Checked):
-    """With what plans are made."""
+    """Hand, preset and settings."""
 
     preset: str = "robust"
     """settings to begin with: one of `sgnlp --help`; every flag below changes one of them"""
@@ -40,7 +40,7 @@ class Planning(Checked):
 
 @dataclass(kw_only=True)
 class Starting(Planning):
-    """And from which starts."""
+    """The same, and the starts."""
 
     starts: Annotated[int, POSITIVE] = 7
     """initial guesses for a cloud: the hand's own first, then seeded ones around it"""
@@ -50,7 +50,7 @@ class Starting(Planning):
 
 @dataclass(kw_only=True)
 class Observing(Starting):
-    """And of which clouds, with the limit of a start."""
+    """The same, how the cloud is read, and the time limit of a start."""
 
     timeout: Positive = 60.0
     """wall-clock limit of a start [s]"""
@@ -60,7 +60,7 @@ class Observing(Starting):
 
 @dataclass(kw_only=True)
 class Tabling:
-    """How rows are written, for commands that have many."""
+    """How commands write a table of many rows."""
 
     parquet: bool = False
     """write the rows as rows.parquet too; pip install 'sgnlp[parquet]'"""

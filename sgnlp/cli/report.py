@@ -1,4 +1,4 @@
-"""`sgnlp report`: what a result is, on a page to be read."""
+"""`sgnlp report`: a page about a result."""
 
 import json
 from dataclasses import dataclass
@@ -45,7 +45,7 @@ def drawable() -> None:
 
 
 def write(folder: Path, file: Path | None = None, hand: str | None = None) -> list[Path]:
-    """Write both reports of a result beside it, and return where they are.
+    """Write both reports into the folder of a result, and return their paths.
 
     Raises:
         InputError: there is no result, it has no grasps, or what draws is not installed.

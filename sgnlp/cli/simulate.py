@@ -38,7 +38,7 @@ class Simulate:
     scale: float = 1.0
     """factor of that file to metres, as given to `sgnlp solve`"""
     true_load: bool = False
-    """the mass and friction that the object's file tells, in the place of --mass and --friction"""
+    """use the mass and friction in the object's file instead of --mass and --friction"""
     pictures: bool = False
     """draw the first grasp at the end of each phase into the folder"""
     settings: Annotated[SimulationSettings, tyro.conf.arg(name="")] = DEFAULTS

@@ -24,12 +24,12 @@ SHARE: Interval = (0.0, 1.0)
 SAME = 1e-6
 """Points that agree to this are the same [m]: no camera gives a point twice to a micrometre."""
 REPEATS = 10
-"""As often as this, and as many times more often than points usually come, a value is a mark and not a measurement."""
+"""A point that occurs this often, and this many times more often than the median, is a mark and no measurement."""
 MARK_GAP = 0.1
-"""A coordinate that is 0 in many points, or one low z, is a mark if it is as far as this from all others [m]: the table
-under a body's top, which may be level to the last bit too, is nearer. Others are marks beyond the width of a body."""
+"""Many points with the coordinate 0, or with one low z, are marks if they are this far from all others [m]. A body's
+level top is nearer to the table than this. Other repeated coordinates are marks if they are farther than a body is wide."""
 MARKS_NAMED = 3
-"""Of the marks that are found, so many are told."""
+"""How many of the marks are named."""
 UNITS = {"mm": 0.001, "cm": 0.01, "inches": 0.0254}
 USUAL_WIDTH = (0.03, 0.4)
 """Width of what a hand grasps [m], by which the unit of a cloud is guessed for its error."""
@@ -41,7 +41,7 @@ class ObservationSettings(Checked):
 
     section = "cleaning"
     outlier_neighbours: Annotated[int, POSITIVE] = 20
-    """Neighbours whose mean distance tells an outlier; the paper's release takes 20."""
+    """Number of neighbours whose mean distance decides whether a point is an outlier; the paper's release takes 20."""
     outlier_deviations: Positive = 2.0
     """Standard deviations above the mean that make an outlier; the release takes 1, which drops 12-42 %."""
     max_invalid_share: Annotated[float, (0.0, 1.0)] = 0.2

@@ -22,7 +22,7 @@ ATTRIBUTES = (
     *("label", "labels", "mask", "class", "classes", "segment", "segments", "semantic", "instance", "instances"),
     *("id", "ids", "index", "indices", "uv", "confidence", "feature", "features"),
 )
-"""What `points_<word>` holds beside the coordinates of the same points, where <word> is no camera."""
+"""Words for which `points_<word>` is an attribute of the points and not the points of a camera."""
 EXPECTED = (
     "an npz with 'points' (N, 3) in metres or one array 'points_<camera>' per camera, "
     f"or a file ending in .npy {' '.join(point_files.SUFFIXES)}"

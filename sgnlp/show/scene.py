@@ -24,7 +24,7 @@ from sgnlp.show.scene_shapes import ARROW, axes, coil, cone, segments, solid, sp
 Array = NDArray[np.float64]
 
 HAND_OPACITY = 0.35
-"""Object, contacts and springs are seen through the hand, the pads' colours on it."""
+"""The hand is transparent: object, contacts and springs are behind it."""
 DOT, TARGET = 0.003, 0.004
 """Radius of a contact and of a target [m]."""
 GAIN_WIDTH = 60.0

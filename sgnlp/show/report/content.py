@@ -1,4 +1,4 @@
-"""What a report says, for any page that it is put on: sections of sentences, tables and pictures."""
+"""The content of a report, for any kind of page: sections of sentences, tables and pictures."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -79,7 +79,7 @@ def report(
     Raises:
         InputError: Matplotlib or scikit-image is not installed.
     """
-    said = [*remarks(result), *cautions(result)] or ["None: nothing that is looked at gives a reason for one."]
+    said = [*remarks(result), *cautions(result)] or ["None: all checks passed."]
     sections = [
         Section("Cautions", tuple(said)),
         best(result),
@@ -249,7 +249,7 @@ def assumptions(result: Reopened, summary: Mapping[str, Any]) -> Section:
 
 
 def again(summary: Mapping[str, Any], command: str) -> Section:
-    """The command with all that the result depends on beside it."""
+    """The command that makes the result again, and all that the result depends on."""
     rows = [("", ""), *((name, str(version)) for name, version in summary["versions"].items())]
     rows += [(name, str(summary[name])) for name in ("kinematics", "surface", "seed", "input_digest")]
     rows += [(name, str(value)) for name, value in summary["machine"].items()]

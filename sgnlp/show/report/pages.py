@@ -1,4 +1,4 @@
-"""A report on its pages: one HTML file that opens offline, or Markdown with its pictures in a folder beside it."""
+"""The pages of a report: one HTML file that opens offline, and Markdown with a folder of pictures."""
 
 import base64
 from collections.abc import Mapping
@@ -13,9 +13,9 @@ PICTURES = "report"
 TYPES = {"svg": "image/svg+xml", "png": "image/png"}
 """Media types, the sharper first."""
 VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
-"""A phone shows the page as wide as itself, not a wide one made small."""
+"""With this a phone uses its own width and does not shrink a wide page."""
 GROWN = 1.4
-"""How much wider than its least width a cell of a figure gets, at most: letters stay of about one size."""
+"""Largest width of a cell of a figure over its least width: letters keep about one size."""
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 68rem; margin: 2rem auto; padding: 0 1rem;
   overflow-wrap: break-word }
