@@ -27,7 +27,7 @@ REPEATS = 10
 """A point that occurs this often, and this many times more often than the median, is a mark and no measurement."""
 MARK_GAP = 0.1
 """Many points with the coordinate 0, or with one low z, are marks if they are this far from all others [m]. A body's
-level top is nearer to the table than this. Other repeated coordinates are marks if they are farther than a body is wide."""
+level top is nearer to the table than this. Other repeated coordinates must be farther than a body is wide."""
 MARKS_NAMED = 3
 """How many of the marks are named."""
 UNITS = {"mm": 0.001, "cm": 0.01, "inches": 0.0254}
