@@ -11,7 +11,8 @@ from rich.console import Console
 from sgnlp.base.checked import POSITIVE, Checked
 from sgnlp.base.errors import InputError
 from sgnlp.cli import codes
-from sgnlp.perception import clouds, depth, depth_files
+from sgnlp.cli.flags import check_problem_file
+from sgnlp.perception import depth, depth_files
 from sgnlp.planning import results
 
 
@@ -37,10 +38,7 @@ class Cloud(Checked):
 
     def run(self, console: Console) -> int:
         """Read, unproject, save."""
-        clouds.check_name(self.out.stem)
-        if self.out.suffix != ".npz":
-            raise InputError(f"--out must end in .npz; found '{self.out}'")
-        results.writable(self.out.parent)
+        check_problem_file(self.out)
         if not len(self.files) == len(self.masks) == len(self.cameras):
             counts = f"{len(self.files)} images, {len(self.masks)} masks and {len(self.cameras)} cameras"
             raise InputError(f"every depth image needs a mask and a camera; found {counts}")

@@ -11,8 +11,10 @@ from typing import Annotated, Any, TypeVar
 import tyro
 
 from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked, Positive
+from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST, preset
 from sgnlp.base.settings import Settings
+from sgnlp.perception import clouds
 from sgnlp.perception.observation import PLAIN, Reading
 from sgnlp.planning import environment, results
 
@@ -93,6 +95,14 @@ def beginning(command: type[Command], name: str) -> Command:
     chosen = {"preset": name, "settings": settings} if issubclass(command, Planning) else {}
     required = [f.name for f in fields(command) if f.default is f.default_factory is MISSING]  # type: ignore[arg-type]
     return command(**dict.fromkeys(required, tyro.MISSING) | chosen)
+
+
+def check_problem_file(file: Path) -> None:
+    """Raise `InputError` unless a problem can be written to a file, before any work."""
+    clouds.check_name(file.stem)
+    if file.suffix != ".npz":
+        raise InputError(f"--out must end in .npz; found '{file}'")
+    results.writable(file.parent)
 
 
 def made(**facts: Any) -> dict[str, Any]:

@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked, Positive
 from sgnlp.base.errors import InputError
 from sgnlp.cli import codes
-from sgnlp.perception import clouds, open3d_files
+from sgnlp.cli.flags import check_problem_file
+from sgnlp.perception import open3d_files
 from sgnlp.perception.synthetic import scenes
 from sgnlp.perception.synthetic.cameras import DepthCamera
 from sgnlp.perception.synthetic.meshes import Mesh
@@ -53,10 +54,7 @@ class Observe(Checked):
     def run(self, console: Console) -> int:
         """Read, place, see, save."""
         out = self.out or Path(f"{self.file.stem}.npz")
-        clouds.check_name(out.stem)
-        if out.suffix != ".npz":
-            raise InputError(f"--out must end in .npz; found '{out}'")
-        results.writable(out.parent)
+        check_problem_file(out)
         rng = np.random.default_rng(self.seed)
         try:
             mesh, notes = scenes.body(*open3d_files.triangles(self.file), scale=self.scale)
