@@ -1,9 +1,12 @@
-"""A scene as one HTML page that opens offline: the data, our viewer and all of plotly.js. It can be served, too."""
+"""A scene as one HTML file that opens offline: the data, a page of our own, and the whole of plotly.js.
+
+Plotly's Python package ships plotly.js whole, and it draws meshes, lines and texts; viser's own export is one file too,
+but without a panel: neither grasps to choose from nor numbers beside them.
+"""
 
 import base64
 import json
 from dataclasses import asdict
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib import resources
 from typing import Any
 
@@ -31,31 +34,6 @@ def page(scene: Scene) -> str:
     template = resources.files("sgnlp.show").joinpath("viewer.html").read_text(encoding="utf-8")
     data = json.dumps(plain(scene)).replace("<", "\\u003c")  # no text may end the script
     return template.replace("/*SCENE*/", data).replace("/*PLOTLY*/", get_plotlyjs())
-
-
-def served(html: str, port: int) -> ThreadingHTTPServer:
-    """A server of the page on this machine; port 0 is any free one. `serve_forever` runs it.
-
-    Raises:
-        InputError: the port is taken.
-    """
-    content = html.encode()
-
-    class Handler(BaseHTTPRequestHandler):
-        def do_GET(self) -> None:
-            self.send_response(200)
-            self.send_header("Content-Type", "text/html; charset=utf-8")
-            self.send_header("Content-Length", str(len(content)))
-            self.end_headers()
-            self.wfile.write(content)
-
-        def log_message(self, format: str, *arguments: Any) -> None:
-            """Print nothing."""
-
-    try:
-        return ThreadingHTTPServer(("localhost", port), Handler)
-    except (OSError, OverflowError) as error:
-        raise InputError(f"port {port} cannot be used: {error}; choose another --port") from None
 
 
 def plain(scene: Scene) -> dict[str, Any]:

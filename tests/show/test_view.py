@@ -3,9 +3,8 @@
 import io
 import shutil
 import subprocess
-import threading
-import urllib.request
 from dataclasses import asdict, fields, replace
+from html import unescape
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +18,6 @@ from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 
 from sgnlp.base import palette
-from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST
 from sgnlp.cli import run
 from sgnlp.hand.hand import load_hand
@@ -29,7 +27,7 @@ from sgnlp.perception.synthetic.meshes import Mesh
 from sgnlp.planning import reopen, results
 from sgnlp.planning.grasps import PER_HAND, Grasps, stack
 from sgnlp.show import camera as scene_camera
-from sgnlp.show import png, sheets, web_page
+from sgnlp.show import live, png, sheets, web_page
 from sgnlp.show.scene import scene, stages
 from sgnlp.show.scene_parts import AXES, CONES, FRAMES, LAYERS, LEGEND, SPRINGS, SURFACE, Scene
 from sgnlp.show.scene_shapes import coil, cone
@@ -127,49 +125,48 @@ def outside(points: np.ndarray, places: np.ndarray) -> np.ndarray:
     return Delaunay(points).find_simplex(places) < 0
 
 
-def projected(points: np.ndarray, centre: np.ndarray, camera: np.ndarray) -> np.ndarray:
-    """Points (N, 3) on the plane (N, 2) of a view, in parallel."""
-    return (points - centre) @ camera[:2].T
-
-
-def test_hand_and_object_fill_most_of_the_view_and_none_of_it_is_cut_off(shown):
+@pytest.mark.parametrize("aspect", [0.46, 1.0, 1.6])
+def test_hand_and_object_fill_most_of_the_view_and_none_of_it_is_cut_off(shown, aspect):
     points = scene_camera.seen(scene_camera.placed(shown, 0, 0))
     centre, radius = scene_camera.ball(points)
-    away = scene_camera.distance(radius)
-    half = np.tan(np.radians(scene_camera.FIELD) / 2)
+    away = scene_camera.distance(radius, aspect)
+    half = min(1.0, aspect) * np.tan(np.radians(scene_camera.FIELD) / 2)
     share = np.tan(np.arcsin(radius / away)) / half
     assert 0.6 <= share <= 0.9
-    camera = scene_camera.axes_of_view()
-    depth = away - (points - centre) @ camera[2]
-    flat = projected(points, centre, camera) / depth[:, None]  # tangents of the angles
+    flat = scene_camera.projected(points, centre, scene_camera.axes_of_view(), away) / away  # tangents of the angles
     assert 0.6 * share * half < np.abs(flat).max() <= share * half
 
 
-def test_the_page_is_served_on_this_machine(shown):
-    page = web_page.page(shown)
-    with web_page.served(page, 0) as server:
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        with urllib.request.urlopen(f"http://localhost:{server.server_port}") as answer:
-            assert answer.read().decode() == page
-        with pytest.raises(InputError, match="--port"):
-            web_page.served(page, server.server_port)
-        server.shutdown()
+def test_the_live_view_opens_on_hand_and_object_and_a_phone_stands_farther_away(shown):
+    views = live.first_view(shown), live.first_view(shown, 0.46)
+    points = scene_camera.seen(scene_camera.placed(shown, 0, 0))
+    for centre, eye in views:
+        towards = (eye - centre) / np.linalg.norm(eye - centre)
+        assert 0.3 < towards[2] < 0.7  # from above, not from the zenith
+        assert (np.abs(centre - (points.min(axis=0) + points.max(axis=0)) / 2) < 1e-9).all()
+    near, far = (np.linalg.norm(eye - centre) for centre, eye in views)
+    assert 1.8 * near < far < 2.4 * near
 
 
 def test_labels_stand_beside_hand_and_object_in_order_and_apart(shown):
     view, shapes = shown.views[0], scene_camera.placed(shown, 0, 0)
     points, away = scene_camera.seen(shapes), [label for label in view.labels if not label.here]
     places = np.array([label.place for label in away])
-    centre, _ = scene_camera.ball(points)
+    centre, radius = scene_camera.ball(points)
     for azimuth in png.AZIMUTHS:
         camera = scene_camera.axes_of_view(azimuth, png.ELEVATION)
-        flat, anchors = (projected(p, centre, camera) for p in (points, places))
+        flat, anchors = (scene_camera.projected(p, centre, camera) for p in (points, places))
         texts = scene_camera.beside(flat, anchors)
         assert outside(flat, texts).all()
         order = np.argsort(texts[:, 0])
         np.testing.assert_array_equal(order, np.argsort(anchors[:, 0]))
         assert (texts[:, 1] < flat[:, 1].min()).all()
         assert (np.diff(texts[order, 0]) > 0.03).all()
+    spots = live.spots(shown, 0, view.labels)[: len(away)]
+    camera, distance = scene_camera.axes_of_view(), scene_camera.distance(radius)
+    flat, texts = (scene_camera.projected(p, centre, camera, distance) for p in (points, spots))
+    assert outside(flat, texts).all()
+    assert (spots[:, 2] > 0).all()  # not below the table, which would hide their lines
 
 
 # Colours and legend ---------------------------------------------------------------------------------------------------
@@ -181,11 +178,11 @@ def test_every_symbol_has_a_line_in_the_legend_and_every_layer_its_box(shown):
     assert shown.layers == tuple(layer for layer in LAYERS if layer != FRAMES)
     assert shown.legend == there
     assert shown.fingers == tuple(finger.name for finger in ALLEGRO.fingers)
+    html = unescape(live.legend(shown))
+    assert all(entry.text in html for entry in there)
+    assert all(palette.css(palette.finger(i)) in html for i in range(4))
     told = web_page.plain(shown)["legend"]
     assert [entry["text"] for entry in told] == [entry.text for entry in there]
-    assert [finger["colour"] for finger in web_page.plain(shown)["fingers"]] == [
-        palette.css(palette.finger(i)) for i in range(4)
-    ]
 
 
 def test_a_finger_has_its_colour_in_all_that_is_its_own(shown):
