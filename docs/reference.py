@@ -12,7 +12,7 @@ from functools import cache
 from importlib import import_module
 from itertools import dropwhile, takewhile
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Any
 from unittest.mock import patch
 
 import griffe
@@ -23,6 +23,7 @@ from sgnlp.cli import COMMANDS, run
 from sgnlp.perception.observation import ObservationSettings
 from sgnlp.perception.synthetic.cameras import DepthCamera
 from sgnlp.perception.synthetic.scenes import Ring
+from sgnlp.show.sheets import markdown
 from sgnlp.simulation import SimulationSettings
 
 PRESETS = ("robust", "paper")
@@ -63,7 +64,7 @@ def _sections(title: str, instances: dict[str, Any]) -> Iterator[str]:
     yield " ".join((inspect.getdoc(type(first)) or "").split())
     head = ["flag", *instances, "valid", "meaning"]
     rows = [_row(first, name, [getattr(instance, name) for instance in instances.values()]) for name in plain]
-    yield table(head, rows)
+    yield markdown([head, *rows])
     for name in nested:
         inner = {preset_name: getattr(instance, name) for preset_name, instance in instances.items()}
         yield from _sections(name.capitalize(), inner)
@@ -85,15 +86,14 @@ def _value(value: Any) -> str:
 
 
 def _valid(owner: Checked, name: str) -> str:
-    kind = get_type_hints(type(owner))[name]
-    if get_origin(kind) is Literal:
-        return ", ".join(f"`{choice}`" for choice in get_args(kind))
-    interval = owner.valid.get(name)
-    words = {POSITIVE: "positive", NOT_NEGATIVE: "not negative", None: "yes or no" if kind is bool else ""}
-    if interval in words:
-        return words[interval]
-    low, high = interval  # type: ignore[misc]
-    return f"at least {low:g}" if high >= POSITIVE[1] else f"{low:g} to {high:g}"
+    if names := owner.names(name):
+        return ", ".join(f"`{choice}`" for choice in names)
+    interval = owner.interval(name)
+    words = {POSITIVE: "positive", NOT_NEGATIVE: "not negative"}
+    if interval is None:
+        return "yes or no" if isinstance(getattr(owner, name), bool) else ""
+    low, high = interval
+    return words.get(interval) or (f"at least {low:g}" if high >= POSITIVE[1] else f"{low:g} to {high:g}")
 
 
 @cache
@@ -111,18 +111,16 @@ def _meaning(kind: type, name: str) -> str:
     return line.partition("  # ")[2]
 
 
-def table(head: list[str], rows: list[list[str]]) -> str:
-    """A Markdown table; bars in its cells do not end them."""
-    lines = [head, ["---"] * len(head), *([cell.replace("|", r"\|") for cell in row] for row in rows)]
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
-
-
 def record(name: str) -> str:
     """The fields of a dataclass with what its source says of each, or their names where it says nothing."""
     module, _, kind = name.rpartition(".")
     made = getattr(import_module(module), kind)
     rows = [[f"`{f.name}`", _meaning(made, f.name)] for f in fields(made)]
-    return table(["field", ""], rows) if any(said for _, said in rows) else ", ".join(field for field, _ in rows) + "."
+    return (
+        markdown([["field", ""], *rows])
+        if any(said for _, said in rows)
+        else ", ".join(field for field, _ in rows) + "."
+    )
 
 
 def stages() -> str:
@@ -130,7 +128,7 @@ def stages() -> str:
     tree = ast.parse((ROOT / "tests" / "test_architecture.py").read_text(encoding="utf-8"))
     assigned = {ast.unparse(node.targets[0]): node.value for node in tree.body if isinstance(node, ast.Assign)}
     rows = [[str(i), _modules(stage)] for i, stage in enumerate(ast.literal_eval(assigned["STAGES"]), 1)]
-    return table(["stage", "modules, each with what it says of itself"], rows)
+    return markdown([["stage", "modules, each with what it says of itself"], *rows])
 
 
 def _modules(stage: str) -> str:
@@ -146,10 +144,10 @@ def _about(name: str) -> str:
 MARKER = re.compile(r"<!-- (?P<maker>fields|stages|table)(?:: (?P<name>[\w./]+))? -->")
 
 
-def filled(markdown: str) -> str:
+def filled(page: str) -> str:
     """A page with its markers replaced by what they stand for."""
     makers: dict[str, Callable[[str], str]] = {"fields": record, "stages": lambda _: stages(), "table": copied}
-    return MARKER.sub(lambda marker: makers[marker["maker"]](marker["name"]), markdown)
+    return MARKER.sub(lambda marker: makers[marker["maker"]](marker["name"]), page)
 
 
 def copied(file: str) -> str:

@@ -4,7 +4,7 @@ import errno
 
 
 class SgnlpError(Exception):
-    """Base of every error that sgnlp raises on purpose. Its message is one line and says what is valid."""
+    """Base of every error that sgnlp raises on purpose. Its message is one line and names what is valid."""
 
 
 class InputError(SgnlpError):
@@ -16,17 +16,17 @@ class SolverError(SgnlpError):
 
 
 class MachineError(SgnlpError):
-    """The machine gives out: a full disk, no more memory or processes. The command line ends with exit code 4."""
+    """The machine ran out of something: disk, memory or processes. The command line ends with exit code 4."""
 
 
 GIVES_OUT = frozenset(
     {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.ENOMEM, errno.EAGAIN, errno.EMFILE, errno.ENFILE}
 )
-"""Numbers of system errors that are the machine's: every other file, or another try, would meet them too."""
+"""Numbers of system errors whose cause is the machine: any other file would meet them, too."""
 
 
 def gives_out(error: OSError) -> bool:
-    """Whether a system error is the machine's and not that of the file or name it was asked for."""
+    """Whether the machine caused a system error, and not the file or name that was asked for."""
     return error.errno in GIVES_OUT
 
 

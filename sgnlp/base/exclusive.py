@@ -13,12 +13,12 @@ LOCK = ".lock"
 
 @contextmanager
 def alone(folder: Path, holder: Callable[[], str]) -> Iterator[None]:
-    """Hold a folder, which is made. The kernel lets go of it when the process ends, however that ends.
+    """Make a folder and lock it. The kernel releases the lock when the process ends, however it ends.
 
-    `holder` tells who else may have it. A file system without locks (some of a network) holds nothing.
+    `holder` names the process that may have the lock. Some network file systems have no locks; there nothing is locked.
 
     Raises:
-        InputError: another process has it.
+        InputError: another process has the lock.
     """
     folder.mkdir(parents=True, exist_ok=True)
     lock = FileLock(folder / LOCK)
@@ -26,7 +26,7 @@ def alone(folder: Path, holder: Callable[[], str]) -> Iterator[None]:
         lock.acquire(timeout=0)
     except Timeout:
         said = f"'{folder}' is in use by another command ({holder()})"
-        raise InputError(f"{said}; wait for its end or choose another --out") from None
+        raise InputError(f"{said}; wait until it ends, or choose another --out") from None
     except (NotImplementedError, OSError):
         yield
         return

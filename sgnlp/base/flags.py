@@ -1,11 +1,11 @@
-"""Settings as the words of a command line that has them: the flags of what is not as it was."""
+"""Settings as command line flags: those that turn one set of settings into another."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 
 def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
-    """Flags and words that turn settings into others, both as mappings; sections are mappings in them."""
+    """The flags that turn the settings `before` into those of `now`. Sections are nested mappings."""
     for name, value in before.items():
         if isinstance(value, dict):
             yield from changed(f"{name}.", value, now[name])
@@ -14,7 +14,7 @@ def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[s
 
 
 def changed(prefix: str, defaults: Mapping[str, Any], values: Mapping[str, Any]) -> list[str]:
-    """Flags and words of the values that are not their defaults."""
+    """The flags of the values that differ from their defaults."""
     words = []
     for name, default in defaults.items():
         value, flag = values.get(name, default), name.replace("_", "-")

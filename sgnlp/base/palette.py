@@ -16,15 +16,15 @@ BLUE, ORANGE, PURPLE, VERMILION, SKY = (
     (0.337, 0.706, 0.914),
 )
 FINGERS: tuple[Colour, ...] = (BLUE, ORANGE, PURPLE, VERMILION, SKY)
-"""Of the first finger of a hand, the second, and so on, and round again."""
+"""The colours of the fingers in their order; they repeat after the fifth."""
 INK, GREY, STONE, PALE = (0.1, 0.1, 0.1), (0.45, 0.45, 0.47), (0.62, 0.64, 0.66), (0.9, 0.89, 0.87)
-"""Points and texts, what has no colour of its own, a hand where it stands for all its links, the table."""
+"""For points and texts; for what has no colour of its own; for the whole hand in a legend; for the table."""
 AXES: dict[str, Colour] = {"x": (0.85, 0.1, 0.1), "y": (0.1, 0.6, 0.15), "z": (0.1, 0.25, 0.9)}
-"""Of the axes of a frame, as RViz and Pinocchio's viewers draw them."""
+"""The axes of a frame, coloured as in RViz and in Pinocchio's viewers."""
 LUMA = (0.2126, 0.7152, 0.0722)
 """Weights of red, green and blue in the lightness (ITU-R BT.709)."""
 LIGHTEST_DARK = 0.7
-"""Lightness that every link of a hand has at least: what is darker hides what is behind it."""
+"""Least lightness of a link of the hand. Darker links would hide what is behind them."""
 
 
 def finger(index: int) -> Colour:
@@ -33,7 +33,7 @@ def finger(index: int) -> Colour:
 
 
 def lightened(colour: Sequence[float]) -> Colour:
-    """A colour mixed with white until its lightness Σ w c is `LIGHTEST_DARK`; lighter ones stay."""
+    """A colour mixed with white until its lightness Σ w c is `LIGHTEST_DARK`; lighter colours do not change."""
     red, green, blue = colour
     lightness = sum(w * c for w, c in zip(LUMA, (red, green, blue), strict=True))
     white = max(0.0, (LIGHTEST_DARK - lightness) / (1 - lightness)) if lightness < 1 else 0.0

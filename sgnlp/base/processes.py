@@ -1,4 +1,4 @@
-"""Processes that do not outlive the one that started them, however that one ends."""
+"""Child processes that end when their parent ends, however it ends."""
 
 import ctypes
 import multiprocessing
@@ -11,10 +11,10 @@ PR_SET_PDEATHSIG = 1
 
 
 def die_with_parent() -> None:
-    """Let the kernel kill this process when the thread that started it ends; on Linux alone.
+    """Let the kernel kill this process when the thread that started it ends. Only Linux can do this.
 
-    A pool whose process is killed forks another one: whoever kills the processes of a tree one by one leaves that. A
-    worker that waits for work would wait for ever: it holds both ends of the pipe that its parent wrote to.
+    Without it a worker can stay behind. It waits for work for ever, because it holds both ends of the pipe that its
+    parent wrote to. And a pool forks a new worker when one is killed, so killing a tree one by one leaves that one.
     """
     if sys.platform != "linux":
         return

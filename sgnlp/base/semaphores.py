@@ -1,4 +1,4 @@
-"""Whether this machine gives the semaphores that pools of processes need; some containers do not."""
+"""Whether this machine has the semaphores that pools of processes need; some containers have none."""
 
 import multiprocessing
 from functools import lru_cache
@@ -11,5 +11,5 @@ def fault() -> str:
         multiprocessing.get_context("fork").Lock()
     except (OSError, ImportError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        return f"this machine gives no semaphores ({reason}); /dev/shm must be there and writable for more"
+        return f"this machine has no semaphores ({reason}); several processes need a writable /dev/shm"
     return ""

@@ -1,8 +1,8 @@
 """The system's C compiler and the user's cache of what it has built.
 
-A library is cached under a key of its sources, flags, compiler and processor; a build that ends is moved into place
-whole, so that processes may build at once and a reader finds all of it or nothing. Its digest stands at its end, after
-what a loader reads, and is compared before it is loaded: a library that was cut ends its reader by SIGBUS.
+A library is cached under a key of its sources, flags, compiler and processor. A finished build is moved into place in
+one step, so several processes can build at once, and a reader finds a whole library or none. Each library ends with its
+digest, which is compared before loading: loading a truncated library would kill the process with SIGBUS.
 """
 
 import hashlib
@@ -23,20 +23,20 @@ from platformdirs import user_cache_path
 from sgnlp.base.errors import MachineError, SolverError, gives_out
 
 TIMEOUT = 300.0
-"""A compiler that takes longer than this for one file [s] is given up; it takes 1 to 3."""
+"""Longest time that a compiler may take for one file [s]; it usually takes 1 to 3."""
 SHARED = ("-shared", "-fPIC")
 LIBRARIES = ("-lm",)
 COMPILERS = ("cc", "gcc", "clang")
-"""Looked for in this order where $CC is not set."""
+"""Compilers in the order in which they are tried where $CC is not set."""
 WRAPPERS = frozenset({"ccache", "sccache", "distcc"})
-"""Left out where they stand before the compiler: what is built is cached here, and they may miss, or lack a home."""
+"""Wrappers that are removed from $CC: builds are cached here anyway, and a wrapper may be missing or need a home."""
 BUILDING = ".build-"
-"""Begins the name of a folder in which something is built."""
+"""How the names of folders begin in which something is being built."""
 SIZE_BYTES, DIGEST = 8, hashlib.sha256
-"""Of the seal at a library's end: note, length of the note, digest of all before it."""
+"""The end of a library is a note, the length of the note in so many bytes, and the digest of all before it."""
 ELSEWHERE = "set XDG_CACHE_HOME to a folder that can be written and holds programs"
 FULL = "No space left on device"
-"""What a compiler says, among other things, when the disk is full."""
+"""Part of what a compiler prints when the disk is full."""
 
 
 def cache_folder() -> Path:
@@ -54,7 +54,7 @@ def cache_folder() -> Path:
 
 
 def cache_fault() -> str:
-    """Why nothing can be built into the cache, with the remedy; "" if it can. A full disk is seen in writing."""
+    """Why nothing can be built into the cache, with the remedy; "" if it can. A full disk only shows when writing."""
     fault = _fault(cache_folder(), writing=True)
     return fault and f"the cache '{cache_folder()}' {fault}; {ELSEWHERE}"
 
@@ -178,7 +178,7 @@ def note_of(library: Path) -> bytes | None:
 
 @lru_cache(maxsize=1)
 def processor() -> str:
-    """The processor's model and features, as Linux tells them; "" elsewhere."""
+    """The processor's model and features on Linux; "" elsewhere."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").split("\n\n")[0].splitlines()
     except OSError:
@@ -235,7 +235,7 @@ def _complaint(words: Sequence[str], output: bytes) -> str:
 
 
 def _identity(word: str) -> str:
-    """What tells one compiler, or its wrapper, from another; any other word of $CC is its own."""
+    """What identifies a word of $CC: of a program its path, size and time of change, of an option the word itself."""
     program = os.path.realpath(shutil.which(word) or "")
     if not os.path.isfile(program):
         return word

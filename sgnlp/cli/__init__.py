@@ -86,7 +86,7 @@ def run(arguments: list[str]) -> int:
             try:
                 if text:
                     errors.print(text, soft_wrap=True)
-            except OSError:  # there is nobody to tell
+            except OSError:  # nobody reads stderr
                 streams.lost(sys.stderr)
             if code is None:
                 raise
@@ -105,7 +105,7 @@ def _command(arguments: list[str], console: Console) -> int:
 
 
 def _flush() -> None:
-    """Send what is printed on its way, where it still can be heard that it does not arrive."""
+    """Flush the output while an error can still be reported."""
     if sys.stdout is None:
         return
     try:
@@ -118,7 +118,7 @@ def _flush() -> None:
 
 
 def _told(error: BaseException) -> tuple[int | None, Text | str]:
-    """The exit code of an error and what is said of it; none for a fault of the program, whose traceback helps."""
+    """The exit code and the message of an error; no code for a bug, of which the traceback helps."""
 
     def line(text: object) -> Text:
         return Text.assemble(("error:", "red"), f" {text}")
@@ -139,20 +139,20 @@ def _told(error: BaseException) -> tuple[int | None, Text | str]:
         said = error.strerror or str(error) or type(error).__name__
         return (codes.MACHINE if gives_out(error) else codes.BAD_INPUT), line(where + said)
     if isinstance(error, MemoryError) or "bad_alloc" in str(error):
-        return codes.MACHINE, line("there is no more memory; a limit may be set (ulimit -v), or fewer --jobs help")
+        return codes.MACHINE, line("out of memory; raise the limit (ulimit -v), or use fewer --jobs")
     if isinstance(error, RuntimeError) and "start new thread" in str(error):
-        return codes.MACHINE, line("there can be no more processes; a limit may be set (ulimit -u)")
+        return codes.MACHINE, line("no more processes can be started; raise the limit (ulimit -u)")
     return None, ""
 
 
 class _Console(Console):
-    """A console that takes brackets for what they are, and lets `run` hear that nobody reads any more."""
+    """A console that prints brackets as they are, and lets `run` handle a closed pipe."""
 
     def __init__(self, stderr: bool = False):
         super().__init__(stderr=stderr, markup=False, emoji=False, highlight=False)
 
     def render_str(self, text: str, **options: Any) -> Text:
-        """The text with stand-ins for what the output cannot encode."""
+        """The text with replacements for what the output cannot encode."""
         return super().render_str(streams.plain(text, self.encoding), **options)
 
     def on_broken_pipe(self) -> None:

@@ -1,4 +1,4 @@
-"""The command that plans a result again, from what the result says of itself."""
+"""The command that plans a result again, from the result's own `meta`."""
 
 import shlex
 from collections.abc import Mapping
@@ -9,27 +9,23 @@ from typing import Any
 from sgnlp.base.flags import changed, differences
 from sgnlp.base.presets import PRESETS, VARIANTS, preset
 from sgnlp.cli.flags import Observing
-from sgnlp.perception.observation import ObservationSettings
+from sgnlp.perception.observation import PLAIN
 from sgnlp.planning import reopen
 
 FILE = "FILE"
-"""In the place of the cloud, if it was planned from Python and no file is known."""
+"""Stands for the cloud's file where it is not known: planned from Python, without a file."""
 DEFAULTS = Observing()
 
 
 def command(meta: Mapping[str, Any], folder: Path) -> str:
-    """`sgnlp solve` with the flags that are not at their defaults, the preset being the one that leaves fewest.
+    """`sgnlp solve` with the flags that differ from their defaults; the preset is the one that needs the fewest.
 
-    A hand that is none of `sgnlp hands` is named; its folder is for the reader to know.
+    A hand that is not one of `sgnlp hands` is given by its name, since its folder is not known.
     """
-    reading = meta.get("reading") or {}
     words = ["sgnlp", "solve", str(meta.get("source") or FILE)]
-    words += ["--views", *map(str, reading["views"])] if reading.get("views") else []
-    words += changed("", {"scale": DEFAULTS.scale, "table_height": None, "key": None, "up": DEFAULTS.up}, reading)
-    words += ["--pose", *map(repr, reading["pose"])] if reading.get("pose") else []
+    words += differences(asdict(PLAIN), asdict(reopen.reading(dict(meta))))
     for name in ("hand", "starts", "seed", "timeout"):
         words += changed("", {name: getattr(DEFAULTS, name)}, meta)
-    words += changed("cleaning.", asdict(ObservationSettings()), reading.get("settings") or {})
     words += _settings(dict(meta))
     usual = Path("results") / str(meta["object"])
     return shlex.join(words + (["--out", str(folder)] if folder != usual else []))

@@ -9,11 +9,12 @@ from contextlib import closing
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import tyro
 from rich.console import Console
 
+from sgnlp.base.checked import POSITIVE
 from sgnlp.base.errors import InputError, MachineError, SolverError
 from sgnlp.base.exclusive import alone
 from sgnlp.cli import codes, compiling, lacks
@@ -30,11 +31,11 @@ MADE = "made.json"
 
 @dataclass(kw_only=True)
 class Batch(Extending, Tabling, Observing):
-    """Plan grasps for many clouds, each into its own folder; run again, it goes on where it ended."""
+    """Plan grasps for many clouds, each into its own folder; run it again to continue where it ended."""
 
     files: tyro.conf.Positional[tuple[Path, ...]]
     """the clouds, as for `sgnlp solve`"""
-    jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
+    jobs: Annotated[int, POSITIVE] = field(default_factory=lambda: os.cpu_count() or 1)
     """objects at the same time; on a cluster, as many as it has workers"""
     backend: Literal["loky", "dask"] = "loky"
     """processes of this machine, or a dask cluster that sees the same files"""
@@ -94,20 +95,14 @@ class Batch(Extending, Tabling, Observing):
             console.print(f"The functions stay interpreted: {error}", soft_wrap=True)
 
     def _task(self) -> Task:
-        """What the workers are told; they may run elsewhere, so a hand's folder is named in full."""
+        """The task of the workers. They may run elsewhere, so a hand's folder is an absolute path."""
         return Task(
             hand=self.hand if self.hand in available_hands() else str(Path(self.hand).absolute()),
             settings=self.settings,
             count=self.starts,
             seed=self.seed,
             timeout=self.timeout,
-            views=self.views,
-            scale=self.scale,
-            table_height=self.table_height,
-            key=self.key,
-            up=self.up,
-            pose=self.pose,
-            cleaning=self.cleaning,
+            reading=self.reading,
             extension=self.extension,
         )
 
@@ -117,11 +112,9 @@ class Batch(Extending, Tabling, Observing):
         return Workers(self.jobs, self.scheduler)
 
     def _made(self, hand: Hand) -> dict[str, Any]:
-        """How the rows are made, and by which process; `study` is what they depend on beside the clouds."""
+        """How and by which process the rows are made; they depend on `study` and on the clouds."""
         flags = {key: value for key, value in asdict(self).items() if key != "files"}
-        study = {
-            key: flags[key] for key in ("seed", "starts", "views", "scale", "table_height", "cleaning", "settings")
-        }
+        study = {key: flags[key] for key in ("seed", "starts", "reading", "settings")}
         process = {"process": os.getpid(), "host": platform.node()}
         plain = json.loads(json.dumps({"batch": flags, "study": {"hand": hand.name} | study}, default=str))
         return made(**process, **plain)

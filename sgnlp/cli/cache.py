@@ -8,6 +8,7 @@ import tyro
 from rich.console import Console
 
 from sgnlp.base import toolchain
+from sgnlp.base.checked import POSITIVE
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
 from sgnlp.cli import compiling
@@ -25,7 +26,7 @@ class Cache(Extending, Planning):
     """compile for the hand and the settings given, unless that is done"""
     clear: bool = False
     """delete everything in the cache"""
-    jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
+    jobs: Annotated[int, POSITIVE] = field(default_factory=lambda: os.cpu_count() or 1)
     """compilers at once"""
     settings: Annotated[Settings, tyro.conf.arg(name="")] = ROBUST
     """everything about the plan; the structure is what counts: spheres, samples, density, equilibrium, formulation"""

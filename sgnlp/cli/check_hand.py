@@ -32,12 +32,12 @@ class CheckHand:
     """write the same as one HTML file that opens offline, with the poses at the joint limits"""
 
     def run(self, console: Console) -> int:
-        """Examine, tell, draw."""
+        """Examine, print, draw."""
         examination = check.examine(self.folder, self.spheres)
         for found in examination.findings:
             console.print(_line(found), soft_wrap=True)
         looks = sum(finding.verdict == "look" for finding in examination.findings)
-        console.print(f"{len(examination.findings)} checks: {examination.wrong} wrong, {looks} to be looked at")
+        console.print(f"{len(examination.findings)} checks: {examination.wrong} wrong, {looks} to look at")
         if examination.hand is not None and (self.png or self.html):
             shown = hand_scene(examination.hand, examination)
             if self.png is not None:

@@ -2,24 +2,23 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Annotated
 
 import numpy as np
 import tyro
 from rich.console import Console
 
-from sgnlp.base.checked import POSITIVE, Checked, Interval
+from sgnlp.base.checked import POSITIVE, Checked
 from sgnlp.base.errors import InputError
 from sgnlp.cli import codes
-from sgnlp.perception import clouds, depth, depth_files
+from sgnlp.cli.flags import check_problem_file
+from sgnlp.perception import depth, depth_files
 from sgnlp.planning import results
 
 
 @dataclass(kw_only=True)
 class Cloud(Checked):
     """Make a cloud of the marked pixels of depth images (.png, .tif, .npy), each a view, for `sgnlp solve`."""
-
-    valid: ClassVar[dict[str, Interval]] = {"unit": POSITIVE}
 
     files: tyro.conf.Positional[tuple[Path, ...]]
     """the depth images; rectified, 0 or NaN where nothing was measured"""
@@ -30,7 +29,7 @@ class Cloud(Checked):
     cameras: tuple[Path, ...]
     """a JSON or YAML for each: K, its 9 intrinsics in pixels, and pose, the 16 numbers of the matrix from camera to
     world; or a file of Open3D, ROS, RealSense or BOP"""
-    unit: float | None = None
+    unit: Annotated[float | None, POSITIVE] = None
     """metres of a step of the depths: 0.001 for millimetres, which is assumed if not given, 1 for metres"""
     table_height: float | None = None
     """height of the table [m]; measured from the pixels around the object if not given"""
@@ -39,10 +38,7 @@ class Cloud(Checked):
 
     def run(self, console: Console) -> int:
         """Read, unproject, save."""
-        clouds.check_name(self.out.stem)
-        if self.out.suffix != ".npz":
-            raise InputError(f"--out must end in .npz; found '{self.out}'")
-        results.writable(self.out.parent)
+        check_problem_file(self.out)
         if not len(self.files) == len(self.masks) == len(self.cameras):
             counts = f"{len(self.files)} images, {len(self.masks)} masks and {len(self.cameras)} cameras"
             raise InputError(f"every depth image needs a mask and a camera; found {counts}")

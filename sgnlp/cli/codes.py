@@ -9,8 +9,8 @@ USAGE = 2
 BAD_INPUT = 3
 """A file, name or value is wrong."""
 MACHINE = 4
-"""The machine gives out: a full disk, no more memory, processes or open files. Nothing is left half-written."""
+"""The machine ran out of disk, memory, processes or open files. Nothing is left half-written."""
 INTERRUPTED = 130
 """Ended by Ctrl-C."""
 BROKEN_PIPE = 141
-"""Whoever read the output has ended, as `head` does; the shell's code for SIGPIPE."""
+"""The reader of the output has ended, as `head` does; the shell's code for SIGPIPE."""

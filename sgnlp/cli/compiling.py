@@ -1,17 +1,20 @@
-"""What the commands say and do where the functions are not compiled yet."""
+"""What commands do and print when the functions are not compiled yet."""
 
 import os
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from rich.console import Console
 
 from sgnlp.base import toolchain
 from sgnlp.base.errors import MachineError, SolverError
+from sgnlp.base.flags import changed, differences
 from sgnlp.base.settings import Settings
+from sgnlp.cli.flags import Planning
 from sgnlp.cli.progress import Bar
 from sgnlp.hand.hand import Hand
 from sgnlp.planning.additions import Additions
@@ -19,9 +22,11 @@ from sgnlp.program import compiled
 from sgnlp.surface import native
 
 PATIENCE = 10
-"""Niceness of a build in the background: it must not slow what the user does next."""
+"""Niceness of a build in the background, so that it does not slow down other work."""
+CONTACT = ("samples", "density", "equilibrium", "metric", "heuristic")
+"""Settings of `contact` that decide which functions there are."""
 WORTH = 300
-"""Starts for which a build pays before they begin: it takes 60 s of processor time, and saves 0.2 s of each."""
+"""Number of starts for which building first pays: a build takes 60 s of processor time and saves 0.2 s a start."""
 
 
 class Asked(Protocol):
@@ -90,15 +95,15 @@ def offer(console: Console, hand: Hand, asked: Asked) -> None:
 
 def _flags(asked: Asked) -> list[str]:
     """The flags that decide the structure, where they differ from the defaults."""
-    settings, default = asked.settings, Settings()
-    contact = settings.contact
-    values: dict[str, tuple[Any, Any]] = {
-        "spheres": (settings.spheres, default.spheres),
-        "solver.formulation": (settings.solver.formulation, default.solver.formulation),
-    }
-    values["limits.effort"] = (settings.limits.effort, default.limits.effort)
-    for field in ("samples", "density", "equilibrium", "metric", "heuristic"):
-        values[f"contact.{field}"] = (getattr(contact, field), getattr(default.contact, field))
-    flags = [word for flag, (value, usual) in values.items() if value != usual for word in (f"--{flag}", str(value))]
+    default, settings = Settings(), asked.settings
+    contact = {field: getattr(settings.contact, field) for field in CONTACT}
+    chosen = replace(
+        default,
+        spheres=settings.spheres,
+        contact=replace(default.contact, **contact),
+        limits=replace(default.limits, effort=settings.limits.effort),
+        solver=replace(default.solver, formulation=settings.solver.formulation),
+    )
     own = ["--with", str(asked.with_)] if asked.with_ else []
-    return [*([] if asked.hand == "allegro_left" else ["--hand", asked.hand]), *own, *flags]
+    hand = changed("", {"hand": Planning.hand}, {"hand": asked.hand})
+    return [*hand, *own, *differences(asdict(default), asdict(chosen))]

@@ -14,7 +14,7 @@ from sgnlp.surface import native
 
 @dataclass
 class Doctor:
-    """Show versions, the solvers found, what evaluates, and what the machine lacks, with the remedy."""
+    """Show versions, solvers, how functions are evaluated, and what the machine lacks, with the remedy."""
 
     def run(self, console: Console) -> int:
         """One block a question."""
@@ -35,7 +35,7 @@ class Doctor:
 
 
 def _machine() -> dict[str, str]:
-    """What compiling and several processes need: where it is, or what is the matter and what to do about it."""
+    """What compiling and several processes need: where it is, or what is wrong and how to fix it."""
     fault = toolchain.compiler_fault() or toolchain.cache_fault() or native.attempt()[1]
     passed = toolchain.passed_over()
     facts = {

@@ -1,4 +1,4 @@
-"""The flags that several commands have, each said and checked once. A command inherits those that it has."""
+"""The flags that several commands share, each defined and checked once. A command inherits its flags."""
 
 import os
 import shlex
@@ -6,14 +6,16 @@ import sys
 from collections.abc import Sequence
 from dataclasses import MISSING, dataclass, field, fields
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import tyro
 
-from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
+from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked, Positive
+from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST, preset
 from sgnlp.base.settings import Settings
-from sgnlp.perception.observation import Observation, ObservationSettings, Up, load
+from sgnlp.perception import clouds
+from sgnlp.perception.observation import PLAIN, Reading
 from sgnlp.planning import environment, results
 from sgnlp.planning.additions import NOTHING, Additions
 from sgnlp.planning.extension import Extension, extension
@@ -24,22 +26,20 @@ ROWS, PARQUET = "rows.csv", "rows.parquet"
 
 @dataclass(kw_only=True)
 class Planning(Checked):
-    """With what plans are made."""
-
-    valid: ClassVar[dict[str, Interval]] = {"jobs": POSITIVE}
+    """Hand, preset and settings."""
 
     preset: str = "robust"
     """settings to begin with: one of `sgnlp --help`; every flag below changes one of them"""
     hand: str = "allegro_left"
     """a hand of `sgnlp hands`, or a folder with a hand.yaml"""
-    jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
+    jobs: Annotated[int, POSITIVE] = field(default_factory=lambda: os.cpu_count() or 1)
     """worker processes; the result does not depend on it"""
     settings: Annotated[Settings, tyro.conf.arg(name="")] = ROBUST
     """everything about the plan"""
 
-    def _check(self, name: str, value: Any, names: tuple[str, ...]) -> None:
+    def _check(self, name: str, value: Any) -> None:
         if value is not tyro.MISSING:  # the default of what is required
-            super()._check(name, value, names)
+            super()._check(name, value)
 
 
 @dataclass(kw_only=True)
@@ -62,56 +62,27 @@ class Extending:
 
 @dataclass(kw_only=True)
 class Starting(Planning):
-    """And from which starts."""
+    """The same, and the starts."""
 
-    valid: ClassVar[dict[str, Interval]] = Planning.valid | {"starts": POSITIVE, "seed": NOT_NEGATIVE}
-
-    starts: int = 7
+    starts: Annotated[int, POSITIVE] = 7
     """initial guesses for a cloud: the hand's own first, then seeded ones around it"""
-    seed: int = 0
+    seed: Annotated[int, NOT_NEGATIVE] = 0
     """of everything random"""
 
 
 @dataclass(kw_only=True)
 class Observing(Starting):
-    """And of which clouds, with the limit of a start."""
+    """The same, how the cloud is read, and the time limit of a start."""
 
-    valid: ClassVar[dict[str, Interval]] = Starting.valid | {"timeout": POSITIVE, "scale": POSITIVE}
-
-    timeout: float = 60.0
+    timeout: Positive = 60.0
     """wall-clock limit of a start [s]"""
-    views: tuple[str, ...] = ()
-    """cameras to use, by name or index; all if none is named"""
-    scale: float = 1.0
-    """factor to metres: 0.001 for a cloud in millimetres"""
-    table_height: float | None = None
-    """height of the table [m]; taken from the file, or estimated, if not given"""
-    key: str | None = None
-    """array of an npz that holds the points, where it is not `points`"""
-    up: Up = "z"
-    """axis of the cloud that points up; it is turned to z"""
-    pose: Annotated[tuple[float, ...] | None, tyro.conf.arg(metavar="16 NUMBERS")] = None
-    """pose of the cloud's frame in the world, such as its camera's: 16 numbers of a matrix in metres, row by row"""
-    cleaning: ObservationSettings = field(default_factory=ObservationSettings)
-    """how the cloud is cleaned"""
-
-    def observation(self, file: Path) -> Observation:
-        """The cloud in a file, read as the flags say."""
-        return load(
-            file,
-            views=list(self.views) or None,
-            scale=self.scale,
-            table_height=self.table_height,
-            key=self.key,
-            up=self.up,
-            pose=self.pose,
-            settings=self.cleaning,
-        )
+    reading: Annotated[Reading, tyro.conf.arg(name="")] = PLAIN
+    """how the cloud is read"""
 
 
 @dataclass(kw_only=True)
 class Tabling:
-    """How rows are written, for commands that have many."""
+    """How commands write a table of many rows."""
 
     parquet: bool = False
     """write the rows as rows.parquet too; pip install 'sgnlp[parquet]'"""
@@ -144,6 +115,14 @@ def beginning(command: type[Command], name: str) -> Command:
     chosen = {"preset": name, "settings": settings} if issubclass(command, Planning) else {}
     required = [f.name for f in fields(command) if f.default is f.default_factory is MISSING]  # type: ignore[arg-type]
     return command(**dict.fromkeys(required, tyro.MISSING) | chosen)
+
+
+def check_problem_file(file: Path) -> None:
+    """Raise `InputError` unless a problem can be written to a file, before any work."""
+    clouds.check_name(file.stem)
+    if file.suffix != ".npz":
+        raise InputError(f"--out must end in .npz; found '{file}'")
+    results.writable(file.parent)
 
 
 def made(**facts: Any) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Ctrl-C: it ends a command wherever it comes, and nothing that it breaks off says a word of its own."""
+"""Ctrl-C ends a command wherever it is, and what it breaks off prints nothing."""
 
 import os
 import signal
@@ -11,12 +11,12 @@ from types import FrameType
 from typing import Any
 
 AGAIN = 0.05
-"""After this [s] a Ctrl-C that was lost is raised again."""
+"""A Ctrl-C that was lost is raised again after this time [s]."""
 
 
 @dataclass
 class _CtrlC:
-    """Whether it has come, and whether the command has been told for certain."""
+    """Whether Ctrl-C has come, and whether the command has certainly seen it."""
 
     owner: int = field(default_factory=os.getpid)
     report_ignored: Callable[[Any], object] = field(default_factory=lambda: sys.unraisablehook)
@@ -35,7 +35,7 @@ class _CtrlC:
             raise KeyboardInterrupt
 
     def again(self) -> None:
-        """Come again a moment later. A timer of the kernel, for no thread can be started everywhere."""
+        """Raise it again a moment later, by a timer of the kernel: a thread cannot be started everywhere."""
         signal.setitimer(signal.ITIMER_REAL, AGAIN)
 
     def handle_again(self, number: int, frame: FrameType | None) -> None:
@@ -67,7 +67,7 @@ def listening() -> Iterator[None]:
     * in CasADi, which clears the errors that it meets in converting arguments, and with them one Ctrl-C of ten that
       come while symbolic functions are built, or in a thread that starts, where it becomes another error: at `check`.
 
-    What goes wrong in destructors and threads after it is its consequence, and silent.
+    Errors in destructors and threads after it are its consequence and are not printed.
     """
     global _now
     _now = _CtrlC()

@@ -1,4 +1,4 @@
-"""What this machine lacks, told where a command does without it."""
+"""A note on what this machine lacks, for commands that work without it."""
 
 from rich.console import Console
 
@@ -6,6 +6,6 @@ from sgnlp.base import semaphores
 
 
 def tell(console: Console) -> None:
-    """Say that the work is done in one process, where there are no semaphores."""
+    """Print that one process does all the work, where there are no semaphores."""
     if fault := semaphores.fault():
         console.print(f"One process at a time: {fault}.", style="dim", soft_wrap=True)

@@ -2,17 +2,18 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import ClassVar
+from typing import Annotated
 
 import numpy as np
 import tyro
 from rich.console import Console
 from scipy.spatial.transform import Rotation
 
-from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
+from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked, Positive
 from sgnlp.base.errors import InputError
 from sgnlp.cli import codes
-from sgnlp.perception import clouds, open3d_files
+from sgnlp.cli.flags import check_problem_file
+from sgnlp.perception import open3d_files
 from sgnlp.perception.synthetic import scenes
 from sgnlp.perception.synthetic.cameras import DepthCamera
 from sgnlp.perception.synthetic.meshes import Mesh
@@ -27,28 +28,23 @@ DROPS = 20  # from as many random orientations before a body is given up that ne
 class Observe(Checked):
     """Put a mesh (.obj .stl .ply .off .glb .gltf) on a table and see it with simulated depth cameras: a problem."""
 
-    valid: ClassVar[dict[str, Interval]] = {
-        **dict.fromkeys(("views", "scale", "mass", "friction"), POSITIVE),
-        "seed": NOT_NEGATIVE,
-    }
-
     file: tyro.conf.Positional[Path]
     """the mesh: z up (glTF: y up, as it says), metres"""
     out: Path | None = None
     """the problem file; NAME.npz here if not given"""
-    views: int = scenes.VIEWS
+    views: Annotated[int, POSITIVE] = scenes.VIEWS
     """cameras, evenly spaced around the table"""
-    seed: int = 0
+    seed: Annotated[int, NOT_NEGATIVE] = 0
     """of everything random"""
     yaw_deg: float = 0.0
     """turn of the object about the vertical"""
     settle: bool = False
     """let it fall from a random orientation and take how it comes to rest; needs MuJoCo (pip install 'sgnlp[sim]')"""
-    scale: float = 1.0
+    scale: Positive = 1.0
     """factor to metres: 0.001 for a mesh in millimetres"""
-    mass: float = 0.1
+    mass: Positive = 0.1
     """[kg] of the object, for a simulation"""
-    friction: float = 1.0
+    friction: Positive = 1.0
     """coefficient between a fingertip and the object, for a simulation"""
     ring: Ring = field(default_factory=Ring)
     """where the cameras stand"""
@@ -58,10 +54,7 @@ class Observe(Checked):
     def run(self, console: Console) -> int:
         """Read, place, see, save."""
         out = self.out or Path(f"{self.file.stem}.npz")
-        clouds.check_name(out.stem)
-        if out.suffix != ".npz":
-            raise InputError(f"--out must end in .npz; found '{out}'")
-        results.writable(out.parent)
+        check_problem_file(out)
         rng = np.random.default_rng(self.seed)
         try:
             mesh, notes = scenes.body(*open3d_files.triangles(self.file), scale=self.scale)

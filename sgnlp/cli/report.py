@@ -1,4 +1,4 @@
-"""`sgnlp report`: what a result is, on a page to be read."""
+"""`sgnlp report`: a page about a result."""
 
 import json
 from dataclasses import dataclass
@@ -14,9 +14,7 @@ from sgnlp.base.errors import InputError
 from sgnlp.cli import again, codes
 from sgnlp.cli.simulate import SIMULATION
 from sgnlp.planning import reopen, results
-from sgnlp.show import report as dossier
-from sgnlp.show.report.content import Section
-from sgnlp.show.report.simulated import simulated
+from sgnlp.show.report import content, pages
 from sgnlp.show.simulation_pictures import PHASES
 
 HTML, MARKDOWN = "report.html", "report.md"
@@ -47,7 +45,7 @@ def drawable() -> None:
 
 
 def write(folder: Path, file: Path | None = None, hand: str | None = None) -> list[Path]:
-    """Write both reports of a result beside it, and return where they are.
+    """Write both reports into the folder of a result, and return their paths.
 
     Raises:
         InputError: there is no result, it has no grasps, or what draws is not installed.
@@ -57,11 +55,9 @@ def write(folder: Path, file: Path | None = None, hand: str | None = None) -> li
     folder = folder if folder.is_dir() else folder.parent
     summary = results.load_summary(folder, result.grasps)
     command = again.command(result.grasps.meta, folder)
-    report = dossier.dossier(result, summary, _courses(folder / results.HISTORY), command, _simulated(folder))
-    text, pictures = dossier.markdown(report)
-    results.write_files(
-        folder, pictures | {MARKDOWN: results.encoded(text), HTML: results.encoded(dossier.html(report))}
-    )
+    report = content.report(result, summary, _courses(folder / results.HISTORY), command, _simulated(folder))
+    text, pictures = pages.markdown(report)
+    results.write_files(folder, pictures | {MARKDOWN: results.encoded(text), HTML: results.encoded(pages.html(report))})
     return [folder / HTML, folder / MARKDOWN]
 
 
@@ -73,13 +69,12 @@ def _courses(file: Path) -> dict[str, Any]:
         return dict(data)
 
 
-def _simulated(folder: Path) -> Section | None:
+def _simulated(folder: Path) -> content.Section | None:
     """What a simulation of these very grasps gave, if there was one since they were planned."""
     file = folder / SIMULATION
     if not file.is_file() or file.stat().st_mtime < (folder / results.GRASPS).stat().st_mtime:
         return None
-    pictures = {f"simulation-{phase}": folder / f"simulation-{phase}.png" for phase in PHASES}
-    fresh = {
-        n: f.read_bytes() for n, f in pictures.items() if f.is_file() and f.stat().st_mtime >= file.stat().st_mtime
-    }
-    return simulated(json.loads(file.read_text(encoding="utf-8")), fresh)
+    pictures = {phase: folder / f"simulation-{phase}.png" for phase in PHASES}
+    made = file.stat().st_mtime
+    fresh = {name: f.read_bytes() for name, f in pictures.items() if f.is_file() and f.stat().st_mtime >= made}
+    return content.simulation(json.loads(file.read_text(encoding="utf-8")), fresh)

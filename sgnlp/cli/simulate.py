@@ -13,7 +13,7 @@ from sgnlp.cli import codes
 from sgnlp.cli.flags import made
 from sgnlp.cli.progress import bars
 from sgnlp.hand.hand import Hand, load_hand
-from sgnlp.perception.observation import Observation, load
+from sgnlp.perception.observation import PLAIN, Observation, Reading, load
 from sgnlp.planning import reopen, results
 from sgnlp.planning.grasps import Grasps
 from sgnlp.show import simulation_pictures, tables
@@ -38,7 +38,7 @@ class Simulate:
     scale: float = 1.0
     """factor of that file to metres, as given to `sgnlp solve`"""
     true_load: bool = False
-    """the mass and friction that the object's file tells, in the place of --mass and --friction"""
+    """use the mass and friction in the object's file instead of --mass and --friction"""
     pictures: bool = False
     """draw the first grasp at the end of each phase into the folder"""
     settings: Annotated[SimulationSettings, tyro.conf.arg(name="")] = DEFAULTS
@@ -50,9 +50,8 @@ class Simulate:
         grasps = results.load_grasps(self.folder)
         hand = load_hand(self.hand or grasps.meta["hand"], grasps.meta["settings"]["spheres"])
         source = reopen.source(grasps, self.folder, self.object)
-        reading = {} if self.object else grasps.meta.get("reading") or {}
-        turned = {name: reading[name] for name in ("key", "up", "pose") if name in reading}
-        seen = load(source, scale=self.scale, **turned)
+        reading = PLAIN if self.object else reopen.reading(grasps.meta)
+        seen = load(source, Reading(scale=self.scale, key=reading.key, up=reading.up, pose=reading.pose))
         thing, settings, ranks = true_body(seen), self._loaded(seen), self._ranks(grasps)
         outcomes = []
         with bars(console) as bar:

@@ -13,6 +13,7 @@ from sgnlp.cli import codes, compiling, lacks
 from sgnlp.cli.flags import Extending, Observing
 from sgnlp.cli.progress import starts_bar
 from sgnlp.hand.hand import load_hand
+from sgnlp.perception.observation import load
 from sgnlp.planning import results
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.solve import solve
@@ -38,7 +39,7 @@ class Solve(Extending, Observing):
 
     def run(self, console: Console) -> int:
         """Load, plan, save, show."""
-        observation = self.observation(self.file)
+        observation = load(self.file, self.reading)
         hand = load_hand(self.hand, self.settings.spheres)
         folder = self.out or Path("results") / observation.name
         results.writable(folder)

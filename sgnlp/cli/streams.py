@@ -1,4 +1,4 @@
-"""Standard streams that take every character and are always there, whatever encoding and shell the command has."""
+"""Standard streams that accept every character and are always open, whatever the encoding and the shell."""
 
 import codecs
 import os
@@ -12,14 +12,14 @@ PLAIN = {
     "‘": "'", "’": "'", "“": '"', "”": '"', "•": "*", "\u00a0": " ", "₀": "0", "ₓ": "x", "‖": "|", "ᵀ": "^T",
     "─": "-", "━": "-", "│": "|", "┃": "|", "╭": "+", "╮": "+", "╰": "+", "╯": "+", "├": "+", "└": "+",
 }  # fmt: skip
-"""What stands for a character that the output cannot encode; for any other a question mark."""
+"""Replacements of characters that the output cannot encode; any other becomes a question mark."""
 HANDLER = "sgnlp.plain"
 FRAGILE = ("strict", "surrogateescape", "backslashreplace")
-"""Ways to treat what cannot be encoded that end a command, or show numbers in the place of signs."""
+"""Error handlers that would end a command, or print numbers instead of characters."""
 
 
 def plain(text: str, encoding: str) -> str:
-    """A text with stand-ins for what an encoding lacks; before it is laid out, for they may be longer."""
+    """A text with replacements for what an encoding lacks. Call it before layout: replacements can be longer."""
     try:
         text.encode(encoding)
     except UnicodeEncodeError:
@@ -46,7 +46,7 @@ def steady() -> None:
 
 
 def lost(stream: Any) -> None:
-    """Nobody reads a stream any more, or it has no room: let the flush at the end of Python succeed."""
+    """Point a stream that nobody reads, or that is full, at /dev/null, so that Python's last flush succeeds."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:
         os.dup2(nowhere, stream.fileno())

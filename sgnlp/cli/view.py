@@ -1,4 +1,4 @@
-"""`sgnlp view`: planned grasps to be looked at, in the browser, in a file, in a picture."""
+"""`sgnlp view`: shows planned grasps in the browser, in a file or in a picture."""
 
 from dataclasses import dataclass
 from pathlib import Path

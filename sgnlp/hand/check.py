@@ -1,7 +1,7 @@
-"""What a hand's folder is examined for, before anything is planned with it.
+"""The examination of a hand's folder, before anything is planned with it.
 
-Every part of the file is read on its own, so that one mistake hides no other; then the whole is held against its
-meshes, against itself and against numeric Pinocchio.
+Every part of the file is read on its own, so that one mistake hides no other. Then the whole hand is compared with its
+meshes and with numeric Pinocchio.
 """
 
 from collections.abc import Callable, Sized
@@ -97,7 +97,7 @@ class _Reading:
             self.fingers(data, model)
 
     def joints(self, data: dict[str, Any], model: pin.Model) -> None:
-        """What is said of each joint."""
+        """The values of each joint."""
         names = own_joints(model)
         low, high = frozen(model.lowerPositionLimit), frozen(model.upperPositionLimit)
         self.part("effort", "positive", lambda: hand_file.effort(data["effort"], names), span("N m"))
@@ -105,7 +105,7 @@ class _Reading:
         self.part("reference", inside, lambda: hand_file.reference(data["reference"], names, low, high), span("rad"))
 
     def fingers(self, data: dict[str, Any], model: pin.Model) -> None:
-        """The fingers one by one, and what is said of each."""
+        """The fingers one by one, then the values of each finger."""
         nodes = self.part("fingers", "a list", lambda: sequence(data["fingers"], "fingers"), _count("entries"))
         for i, node in enumerate(nodes or (), 1):
             tip = "the tip a link behind a joint, the radius positive"

@@ -21,13 +21,13 @@ MAX_EFFORT = 5.0
 MAX_TURN, MAX_SLIDE = 2 * np.pi, 0.5
 """How far from zero a joint may go, one turn [rad] or [m], before its limits look like degrees or millimetres."""
 ROW, THUMB = (("index", "fore"), ("middle",), ("ring",), ("little", "pinky", "small")), "thumb"
-"""What the names of fingers hold that stand in a row, from the thumb on."""
+"""Words in the names of the fingers that stand in a row, in the order from the thumb."""
 LEAST_STEP = 0.001
-"""How far the thumb stands from the middle of the row at least to tell where the row begins [m]."""
+"""Least distance of the thumb from the middle of the row of fingers that decides where the row begins [m]."""
 MAX_PAD_GAP, MAX_PAD = 0.005, 0.03
-"""What a pad may be off its finger, and its radius [m]: those of the package's hands touch, and have 12 mm at most."""
+"""Largest gap between a pad and its finger, and largest radius of a pad [m]. The package's touch and have 12 mm."""
 MAX_PROTRUSION = 0.015
-"""What of a link may reach out of the spheres [m] without a warning; the Allegro's palm does by 12 mm."""
+"""How far a link may reach out of its spheres without a warning [m]; the Allegro's palm does by 12 mm."""
 CUBE, MAX_OFFSET = 0.06, 0.12
 """Edge of a cube to be grasped [m], and how far from its middle the tips' may start; the Allegro's farthest: 11 cm."""
 SAMPLES, MAX_ERROR = 100, 1e-12
@@ -36,7 +36,7 @@ SAMPLES, MAX_ERROR = 100, 1e-12
 
 @dataclass(frozen=True)
 class Finding:
-    """What was found, beside what is valid. To be looked at is what can be planned with, but looks like a mistake."""
+    """What was found and what is valid. The verdict "look": it can be planned with, but looks like a mistake."""
 
     verdict: Verdict
     check: str
@@ -93,7 +93,7 @@ def _limit_finding(hand: Hand) -> Finding:
 
 
 def _order_finding(hand: Hand) -> list[Finding]:
-    """Whether the fingers that are named as a human hand's stand in that order, the index beside the thumb."""
+    """Whether fingers with the names of a human hand stand in its order, the index next to the thumb."""
     bases = dict(zip((finger.name for finger in hand.fingers), geometry.finger_bases(hand), strict=True))
     row = [name for words in ROW for name in bases if any(word in name.lower() for word in words)]
     thumb = next((name for name in bases if THUMB in name.lower()), None)
@@ -142,7 +142,7 @@ def _pad_findings(hand: Hand) -> list[Finding]:
     try:
         gaps = geometry.pad_gaps(hand)
     except InputError:
-        return []  # a mesh that cannot be read is told with the cover
+        return []  # `_cover_findings` reports a mesh that cannot be read
     found = []
     for finger, gap in zip(hand.fingers, gaps, strict=True):
         off = f"{1e3 * gap:.0f} mm off the finger" if gap > 0 else "at the finger"

@@ -1,4 +1,4 @@
-"""Numbers that tell whether a hand's description fits its meshes, itself and an object: distances in metres."""
+"""Distances [m] that show whether a hand's description fits its meshes, itself and an object."""
 
 import casadi as ca
 import numpy as np
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 ORIGIN = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 FACE_POINTS = 1000
-"""Points drawn from the faces of a mesh beside its vertices: a long face has none in its middle."""
+"""Points drawn from the faces of a mesh in addition to its vertices: a long face has no vertex in its middle."""
 
 
 def protrusions(hand: Hand) -> dict[str, float]:

@@ -42,7 +42,6 @@ class Hand:
     lower: Array  # (n,) [rad or m]
     upper: Array  # (n,) [rad or m]
     effort: Array  # (n,) [N m or N]
-    velocity: Array  # (n,) [rad/s or m/s]
     reference: Array  # (n,) [rad or m]
     fingers: tuple[Finger, ...]
     spheres: tuple[Sphere, ...]
@@ -129,7 +128,6 @@ def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
         lower=lower,
         upper=upper,
         effort=hand_file.effort(data["effort"], names),
-        velocity=frozen(model.velocityLimit),
         reference=hand_file.reference(data["reference"], names, lower, upper),
         fingers=fingers,
         spheres=spheres.spheres,

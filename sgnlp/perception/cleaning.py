@@ -6,13 +6,13 @@ Every step notes what it drops. A cloud of one body on a table loses a few outli
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from sgnlp.base.checked import POSITIVE, Checked, Interval
+from sgnlp.base.checked import POSITIVE, Checked, Interval, Positive
 from sgnlp.base.errors import InputError
 from sgnlp.perception.sampling import MAX_POINTS, grid_sample
 from sgnlp.perception.text_rows import counts
@@ -24,12 +24,12 @@ SHARE: Interval = (0.0, 1.0)
 SAME = 1e-6
 """Points that agree to this are the same [m]: no camera gives a point twice to a micrometre."""
 REPEATS = 10
-"""As often as this, and as many times more often than points usually come, a value is a mark and not a measurement."""
+"""A point that occurs this often, and this many times more often than the median, is a mark and no measurement."""
 MARK_GAP = 0.1
-"""A coordinate that is 0 in many points, or one low z, is a mark if it is as far as this from all others [m]: the table
-under a body's top, which may be level to the last bit too, is nearer. Others are marks beyond the width of a body."""
+"""Many points with the coordinate 0, or with one low z, are marks if they are this far from all others [m]. A body's
+level top is nearer to the table than this. Other repeated coordinates must be farther than a body is wide."""
 MARKS_NAMED = 3
-"""Of the marks that are found, so many are told."""
+"""How many of the marks are named."""
 UNITS = {"mm": 0.001, "cm": 0.01, "inches": 0.0254}
 USUAL_WIDTH = (0.03, 0.4)
 """Width of what a hand grasps [m], by which the unit of a cloud is guessed for its error."""
@@ -40,44 +40,29 @@ class ObservationSettings(Checked):
     """How a cloud is cleaned and what is refused."""
 
     section = "cleaning"
-    valid: ClassVar[dict[str, Interval]] = {
-        "outlier_neighbours": POSITIVE,
-        "outlier_deviations": POSITIVE,
-        "max_invalid_share": SHARE,
-        "max_coordinate": POSITIVE,
-        "min_points": (SIMPLEX_POINTS, math.inf),
-        "min_width": POSITIVE,
-        "max_width": POSITIVE,
-        "max_step": POSITIVE,
-        "min_flatness": POSITIVE,
-        "max_share_below_table": SHARE,
-        "table_quantile": SHARE,
-        "max_points": POSITIVE,
-    }
-
-    outlier_neighbours: int = 20
-    """Neighbours whose mean distance tells an outlier; the paper's release takes 20."""
-    outlier_deviations: float = 2.0
+    outlier_neighbours: Annotated[int, POSITIVE] = 20
+    """Number of neighbours whose mean distance decides whether a point is an outlier; the paper's release takes 20."""
+    outlier_deviations: Positive = 2.0
     """Standard deviations above the mean that make an outlier; the release takes 1, which drops 12-42 %."""
-    max_invalid_share: float = 0.2
+    max_invalid_share: Annotated[float, (0.0, 1.0)] = 0.2
     """Largest share of points that may be beyond `max_coordinate`; NaN and infinity, for "no return", may be more."""
-    max_coordinate: float = 1e7
+    max_coordinate: Positive = 1e7
     """[m] The northings of maps end here; a larger coordinate is some sensor's mark for "no return"."""
-    min_points: int = 30
+    min_points: Annotated[int, (4, math.inf)] = 30
     """Fewest points that are not the same, before and after cleaning."""
-    min_width: float = 0.01
+    min_width: Positive = 0.01
     """[m] Smallest longest side of the cloud's box."""
-    max_width: float = 0.5
+    max_width: Positive = 0.5
     """[m] Largest longest side of the cloud's box."""
-    max_step: float = 0.015
+    max_step: Positive = 0.015
     """[m] Largest step of rounded coordinates: beyond a fingertip's radius the shape is lost."""
-    min_flatness: float = 1e-3
+    min_flatness: Positive = 1e-3
     """Smallest ratio of the second (else a line) and third (else a plane) singular value to the first."""
-    max_share_below_table: float = 0.2
+    max_share_below_table: Annotated[float, (0.0, 1.0)] = 0.2
     """Largest share of points that may lie below the table."""
-    table_quantile: float = 0.005
+    table_quantile: Annotated[float, (0.0, 1.0)] = 0.005
     """Quantile of the heights that stands for the table where none is given."""
-    max_points: int = MAX_POINTS
+    max_points: Annotated[int, POSITIVE] = MAX_POINTS
     """Larger clouds are thinned on a grid to at most this many points."""
 
 

@@ -22,7 +22,7 @@ ATTRIBUTES = (
     *("label", "labels", "mask", "class", "classes", "segment", "segments", "semantic", "instance", "instances"),
     *("id", "ids", "index", "indices", "uv", "confidence", "feature", "features"),
 )
-"""What `points_<word>` holds beside the coordinates of the same points, where <word> is no camera."""
+"""Words for which `points_<word>` is an attribute of the points and not the points of a camera."""
 EXPECTED = (
     "an npz with 'points' (N, 3) in metres or one array 'points_<camera>' per camera, "
     f"or a file ending in .npy {' '.join(point_files.SUFFIXES)}"
@@ -102,10 +102,8 @@ def check_truth(**values: float | None) -> None:
             raise InputError(f"'{key}' must be a positive number; found {value}")
 
 
-def mesh(vertices: object, faces: object) -> tuple[NDArray[np.float64], NDArray[np.int64]] | None:
-    """The vertices (U, 3) and faces (F, 3) of a triangle mesh, checked; None where neither is given."""
-    if vertices is None and faces is None:
-        return None
+def mesh(vertices: object, faces: object) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """The vertices (U, 3) and faces (F, 3) of a triangle mesh, checked."""
     if vertices is None or faces is None:
         raise InputError("'mesh_vertices' and 'mesh_faces' must be given together")
     corners = floats(vertices, "mesh_vertices", (None, 3))

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from sgnlp.base.errors import InputError
 from sgnlp.perception import depth_checks, level, masks
 from sgnlp.perception.clouds import floats
-from sgnlp.perception.observation import DEFAULTS, Observation, ObservationSettings, observe
+from sgnlp.perception.observation import DEFAULTS, Observation, ObservationSettings, checked_pose, observe
 
 FloatArray = NDArray[np.float64]
 
@@ -27,8 +27,6 @@ TABLE_PIXELS = 100
 """Fewest pixels of a table."""
 TABLE_DIGITS = 4
 """Decimals of the height [m] that pixels give a table."""
-ROTATION_ERROR = 1e-3
-"""Largest element of RᵀR - I that is rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,21 +99,6 @@ def checked_intrinsics(value: ArrayLike) -> FloatArray:
     if not (np.isfinite(K).all() and K[0, 0] > 0 and K[1, 1] > 0 and np.array_equal(K[2], [0, 0, 1]) and K[1, 0] == 0):
         raise InputError("the intrinsics must be [[fx, s, cx], [0, fy, cy], [0, 0, 1]] with positive fx and fy")
     return K
-
-
-def checked_pose(value: ArrayLike) -> FloatArray:
-    """The pose (4, 4), with the last row where (3, 4) are given. Raises `InputError` for what is no rigid motion."""
-    given = np.asarray(value)
-    pose = floats(given, "pose", (3, 4) if given.shape == (3, 4) else (4, 4))
-    if len(pose) == 3:
-        pose = np.vstack([pose, [0.0, 0, 0, 1]])
-    R = pose[:3, :3]
-    rigid = np.isfinite(pose).all() and np.abs(R.T @ R - np.eye(3)).max() < ROTATION_ERROR and np.linalg.det(R) > 0
-    if rigid and np.array_equal(pose[:, 3], [0, 0, 0, 1]) and pose[3, :3].any():
-        raise InputError("the pose is transposed: its translation belongs into the last column; give it by rows")
-    if not (rigid and np.array_equal(pose[3], [0, 0, 0, 1])):
-        raise InputError("the pose must be [[R, t], [0 0 0 1]] with a rotation matrix R, camera to world")
-    return pose
 
 
 def from_depth(

@@ -16,15 +16,15 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 MAX_TILT_DEG = 3.0
-"""A remarked table's tilt: over the 0.1 m around an object in which it is measured, 5 mm, the noise planned with."""
+"""A larger tilt is noted: it is 5 mm over the 0.1 m around the object, the noise that the plan assumes."""
 REFUSED_TILT_DEG = 10.0
-"""A refused one: 17 mm over 0.1 m, more than the radius of a pad, 12 mm."""
+"""A larger tilt is refused: it is 17 mm over 0.1 m, more than the radius of a pad, 12 mm."""
 PLANES = 3
-"""A table beside two other planes, as a wall and a box, is found."""
+"""How many planes are looked for: the table, and two others such as a wall and a box."""
 PLANE_SHARE = 0.2
-"""Smallest share of the pixels around an object that makes a plane of them."""
+"""Smallest share of the pixels around an object that counts as a plane."""
 CERTAIN_SHARE = 0.5
-"""Smallest share that makes it the table, for a refusal."""
+"""Smallest share of a plane that is certainly the table, so that its tilt may be refused."""
 PLANE_PIXELS = 100
 """Fewest pixels of a plane."""
 MAX_BEHIND = 2.0

@@ -7,13 +7,14 @@ graspable size. `sgnlp.perception.cleaning` has the steps and their settings.
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sgnlp.base.checked import Checked, Positive
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.perception import clouds
 from sgnlp.perception.cleaning import Cleaning, ObservationSettings, check_shape
@@ -50,59 +51,69 @@ class Observation:
     notes: tuple[str, ...] = ()  # a sentence for each thing dropped or assumed
     source: str | None = None  # the file it was read from
     half: str = ""  # of a problem set: tuning, held_out, or none
-    reading: dict[str, Any] | None = None  # the options that `load` was given, in plain values
+    reading: "Reading | None" = None  # how `load` read it
 
 
-def load(
-    path: str | Path,
-    *,
-    views: Sequence[str | int] | None = None,
-    scale: float = 1.0,
-    table_height: float | None = None,
-    key: str | None = None,
-    up: Up = "z",
-    pose: Sequence[float] | None = None,
-    settings: ObservationSettings = DEFAULTS,
-) -> Observation:
-    """The observation in a file: npz, npy, .ply, .pcd or text; options as in `observe`.
+@dataclass(frozen=True)
+class Reading(Checked):
+    """How a cloud is read from a file."""
 
-    The file's own table height, camera positions and mesh are in its unit and follow `scale`, and turn with the
-    points; the argument `table_height` [m] takes precedence. `key` names the array of an npz that holds the points,
-    `up` the axis of the file that points up, and `pose` has the 16 numbers, row by row, of the matrix from the file's
-    frame to the world's [m]. Raises `InputError`, one line that begins with the path.
+    views: tuple[str, ...] = ()
+    """cameras to use, by name or index; all if none is named"""
+    scale: Positive = 1.0
+    """factor to metres: 0.001 for a cloud in millimetres"""
+    table_height: float | None = None
+    """height of the table [m]; taken from the file, or estimated, if not given"""
+    key: str | None = None
+    """array of an npz that holds the points, where it is not `points`"""
+    up: Up = "z"
+    """axis of the cloud that points up; it is turned to z"""
+    pose: tuple[float, ...] | None = None
+    """pose of the cloud's frame in the world, such as its camera's: 16 numbers of a matrix in metres, row by row"""
+    cleaning: ObservationSettings = DEFAULTS
+    """how the cloud is cleaned"""
+
+    def __post_init__(self) -> None:
+        """Take views by number, too."""
+        views = (self.views,) if isinstance(self.views, str) else self.views or ()
+        object.__setattr__(self, "views", tuple(map(str, views)))
+        super().__post_init__()
+
+
+PLAIN = Reading()
+"""A cloud in metres, z up, all its views."""
+
+
+def load(path: str | Path, reading: Reading = PLAIN, **options: Any) -> Observation:
+    """The observation in a file: npz, npy, .ply, .pcd or text.
+
+    `options` are fields of `Reading` that differ from `reading`: `load("cloud.npz", views=["0"], scale=0.001)`. The
+    file's own table height, camera positions and mesh are in its unit and follow `scale`, and turn with the points;
+    the option `table_height` [m] takes precedence. Raises `InputError`, one line that begins with the path.
     """
-    names = None if views is None else list(views)
-    reading: dict[str, Any] = {
-        "views": names,
-        "scale": scale,
-        "table_height": table_height,
-        "settings": asdict(settings),
-    }
-    reading |= {"key": key, "up": up, "pose": None if pose is None else list(pose)}
     try:
-        raw = clouds.read(path, key)
-        turn = world_pose(up, pose)
-        notes = list(raw.notes)
-        if table_height is None and raw.table_height is not None and pose is None:
-            table_height = raw.table_height * scale
-        elif table_height is None and raw.table_height is not None:
+        reading = replace(reading, **options)
+        raw = clouds.read(path, reading.key)
+        turn = world_pose(reading.up, reading.pose)
+        notes, height = list(raw.notes), reading.table_height
+        if height is None and raw.table_height is not None and reading.pose is None:
+            height = raw.table_height * reading.scale
+        elif height is None and raw.table_height is not None:
             notes.append("Ignored the table's height in the file: it is not in the world's frame.")
+        truth = {name: getattr(raw, name) for name in ("mesh_vertices", "mesh_faces", "mass", "friction")}
         observation = observe(
             raw.points,  # type: ignore[arg-type]
             view=raw.view,  # type: ignore[arg-type]
             view_names=raw.view_names,
-            views=views,
-            table_height=table_height,
-            scale=scale,
+            views=list(reading.views) or None,
+            table_height=height,
+            scale=reading.scale,
             name=raw.name,
             camera_positions=raw.camera_positions,  # type: ignore[arg-type]
-            mesh_vertices=raw.mesh_vertices,  # type: ignore[arg-type]
-            mesh_faces=raw.mesh_faces,  # type: ignore[arg-type]
-            mass=raw.mass,
-            friction=raw.friction,
             pose=turn,
             notes=notes,
-            settings=settings,
+            settings=reading.cleaning,
+            **truth,
         )
         return replace(observation, source=str(path), half=raw.half, reading=reading)
     except InputError as error:
@@ -160,7 +171,7 @@ def observe(
     check_shape(clean.points, settings, table_height)
     positions = None if cameras.positions is None else frame.to_world(cameras.positions[kept])
     _check_cameras(positions, table)
-    mesh = clouds.mesh(mesh_vertices, mesh_faces)
+    mesh = None if mesh_vertices is mesh_faces is None else clouds.mesh(mesh_vertices, mesh_faces)
     return Observation(
         points=_frozen(clean.points),
         view=_frozen(np.searchsorted(kept, cameras.view[clean.index])),
@@ -217,14 +228,19 @@ def world_pose(up: str, pose: Sequence[float] | None) -> FloatArray | None:
     return turn
 
 
-def checked_pose(pose: ArrayLike) -> FloatArray:
-    """A pose (4, 4); raises `InputError` unless it is a rotation and a translation."""
-    matrix = clouds.floats(pose, "pose", (4, 4))
-    R = matrix[:3, :3]
-    off = max(np.abs(R @ R.T - np.eye(3)).max(), np.abs(matrix[3] - [0, 0, 0, 1]).max())
-    if not (off < ROTATION_SLACK and np.linalg.det(R) > 0):
-        raise InputError("the pose must be a rotation and a translation, its last row 0 0 0 1")
-    return matrix
+def checked_pose(value: ArrayLike) -> FloatArray:
+    """The pose (4, 4), with the last row where (3, 4) are given. Raises `InputError` for what is no rigid motion."""
+    given = np.asarray(value)
+    pose = clouds.floats(given, "pose", (3, 4) if given.shape == (3, 4) else (4, 4))
+    if len(pose) == 3:
+        pose = np.vstack([pose, [0.0, 0, 0, 1]])
+    R = pose[:3, :3]
+    rigid = np.isfinite(pose).all() and np.abs(R.T @ R - np.eye(3)).max() < ROTATION_SLACK and np.linalg.det(R) > 0
+    if rigid and np.array_equal(pose[:, 3], [0, 0, 0, 1]) and pose[3, :3].any():
+        raise InputError("the pose is transposed: its translation belongs into the last column; give it by rows")
+    if not (rigid and np.array_equal(pose[3], [0, 0, 0, 1])):
+        raise InputError("the pose must be [[R, t], [0 0 0 1]] with a rotation matrix R, camera to world")
+    return pose
 
 
 def _check_cameras(positions: FloatArray | None, table: float) -> None:

@@ -22,7 +22,6 @@ STL_HEAD, STL_FACE = 84, 50
 """Bytes of a binary STL before its faces, the last four of which count them, and of each of them."""
 COLOUR_END = "\x1b[0;m"
 """What Open3D ends a line of warning with."""
-DAMAGED = "is a damaged"
 TIMEOUT = 120  # [s]
 ABSENT = 70  # exit code of the child that cannot import it
 READER = f"""
@@ -51,7 +50,7 @@ with answer:
 
 
 def points(path: Path) -> NDArray[np.float64]:
-    """The points (N, 3) of a .ply or .pcd, in its unit. Raises `InputError` if Open3D cannot read all of it."""
+    """The points (N, 3) of a .pcd, in its unit. Raises `InputError` if Open3D cannot read all of it."""
     return _read(path, "cloud")["points"]
 
 
@@ -113,6 +112,6 @@ def _read(path: Path, kind: str) -> dict[str, NDArray[np.float64]]:
         raise InputError(f"is a damaged {path.suffix} file: {refused.removesuffix(COLOUR_END)}")
     warned = any("failed" in line or line.startswith("RPly") for line in messages)
     if child.returncode != 0 or warned:
-        raise InputError(f"{DAMAGED} {path.suffix} file: Open3D cannot read all of it")
+        raise InputError(f"is a damaged {path.suffix} file: Open3D cannot read all of it")
     with np.load(io.BytesIO(child.stdout), allow_pickle=False) as arrays:
         return {key: arrays[key] for key in arrays.files}

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sgnlp.base.errors import InputError
 from sgnlp.perception import open3d_files, text_rows
@@ -13,12 +14,16 @@ from sgnlp.perception.text_rows import COORDINATES, Text
 TEXTS = (".xyz", ".txt", ".csv", ".asc", ".pts")
 SUFFIXES = (".ply", ".pcd", *TEXTS)
 PCD_TYPES = {"F": "f", "I": "i", "U": "u"}
-PLY_TYPES = {"char": 1, "uchar": 1, "short": 2, "ushort": 2, "int": 4, "uint": 4, "float": 4, "double": 8} | {
-    "int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4, "uint32": 4, "float32": 4, "float64": 8
+PLY_TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4"} | {
+    "float": "f4", "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4",
+    "uint32": "u4", "float32": "f4", "float64": "f8",
 }  # fmt: skip
-"""Bytes of each type of the PLY format, by either of its names."""
+"""NumPy's type for each of the PLY format, by either of its names."""
+PLY_FORMS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 IDENTITY = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
 """VIEWPOINT of a .pcd whose points are not said to be in a camera's frame."""
+Columns = list[tuple[str, str]]
+"""The name and NumPy's type of each number of a point."""
 
 
 def read(path: Path) -> Text:
@@ -32,109 +37,122 @@ def read(path: Path) -> Text:
     return found
 
 
+def _pcd(path: Path) -> Text:
+    """A .pcd; Open3D unpacks the compressed kind."""
+    header = _pcd_header(path.read_bytes())
+    body, size = header.body, _dtype(header.columns).itemsize
+    if header.data == "ascii":
+        lines = [line for line in body.splitlines() if line.strip()]
+        _agree(path, header.count, len(lines))
+        text = text_rows.points(body, [name for name, _ in header.columns])
+        return Text(text.points, header.notes + text.notes)
+    if header.data == "binary":
+        _agree(path, header.count, len(body) // size)
+        return Text(_coordinates(body, header.columns, header.count), header.notes)
+    if header.data != "binary_compressed":
+        raise _damaged(path, f"its DATA is '{header.data}'")
+    packed, unpacked = (int(n) for n in np.frombuffer(body[:8].ljust(8, b"\0"), "<u4"))
+    _agree(path, header.count, unpacked // size)
+    if len(body) < 8 + packed:
+        raise _damaged(path, f"it ends after {len(body)} of {8 + packed} bytes")
+    if any(kind != "<f4" for name, kind in header.columns if name in COORDINATES):
+        raise InputError("holds compressed coordinates that are not 32-bit floats; save it as ascii or binary")
+    return Text(open3d_files.points(path), header.notes)
+
+
 @dataclass(frozen=True)
 class _PcdHeader:
-    names: tuple[str, ...]  # one a column, a field of several counts under each of them
-    dtype: np.dtype[np.void]  # of a binary point: x, y and z alone, at their offsets
+    columns: Columns  # a field of several counts has as many, all with its name
     count: int
     data: str
     body: bytes
     notes: tuple[str, ...]
 
 
-def _pcd(path: Path) -> Text:
-    """A .pcd, ASCII or binary; the compressed kind goes through Open3D."""
-    header = _pcd_header(path.read_bytes())
-    if header.data == "ascii":
-        lines = [line for line in header.body.splitlines() if line.strip()]
-        _agree(path, header.count, len(lines))
-        text = text_rows.points(header.body, header.names)
-        return Text(text.points, header.notes + text.notes)
-    size = header.dtype.itemsize
-    if header.data == "binary":
-        _agree(path, header.count, len(header.body) // size)
-        rows = np.frombuffer(header.body, header.dtype, header.count)
-        return Text(np.stack([rows[name].astype(np.float64) for name in COORDINATES], axis=1), header.notes)
-    if header.data != "binary_compressed":
-        raise _damaged(path, f"its DATA is '{header.data}'")
-    packed, unpacked = (int(n) for n in np.frombuffer(header.body[:8].ljust(8, b"\0"), "<u4"))
-    _agree(path, header.count, unpacked // size)
-    if len(header.body) < 8 + packed:
-        raise _damaged(path, f"it ends after {len(header.body)} of {8 + packed} bytes")
-    if any(header.dtype[name] != np.dtype("<f4") for name in COORDINATES):
-        raise InputError("holds compressed coordinates that are not 32-bit floats; save it as ascii or binary")
-    return Text(open3d_files.points(path), header.notes)
-
-
 def _pcd_header(content: bytes) -> _PcdHeader:
     """The header of a .pcd. Raises `InputError` if it is none, or names no x, y and z."""
     match = re.search(rb"^DATA[ \t]+(\w+)[ \t]*\r?\n", content, re.MULTILINE)
-    words = [line.split() for line in content[: match.start()].decode("latin-1").splitlines()] if match else []
-    said = {line[0].upper(): line[1:] for line in words if line and not line[0].startswith("#")}
     try:
+        if match is None:
+            raise ValueError("DATA")
+        words = [line.split() for line in content[: match.start()].decode("latin-1").splitlines()]
+        said = {line[0].upper(): line[1:] for line in words if line and not line[0].startswith("#")}
         fields = said.get("FIELDS") or said["COLUMNS"]
+        types = [f"<{PCD_TYPES[kind.upper()]}{int(n)}" for kind, n in zip(said["TYPE"], said["SIZE"], strict=True)]
         each = [int(count) for count in said.get("COUNT", ["1"] * len(fields))]
-        sizes, kinds = [int(size) for size in said["SIZE"]], [PCD_TYPES[kind.upper()] for kind in said["TYPE"]]
-        per_field = list(zip(fields, sizes, kinds, each, strict=True))
+        columns = [(name, kind) for name, kind, n in zip(fields, types, each, strict=True) for _ in range(n)]
         grid = int(said["WIDTH"][0]) * int(said["HEIGHT"][0]) if "WIDTH" in said else 0
         count = int(said["POINTS"][0]) if "POINTS" in said else grid
         viewpoint = [float(number) for number in said.get("VIEWPOINT", IDENTITY)]
-    except (KeyError, ValueError, IndexError) as error:
+        _dtype(columns)
+    except (KeyError, ValueError, IndexError, TypeError) as error:
         raise InputError(f"is a damaged .pcd file: its header lacks or garbles a line ({error})") from error
     _named(fields)
-    offsets = np.cumsum([0, *(size * n for _, size, _, n in per_field)])
-    formats = [f"<{kind}{size}" for _, size, kind, _ in per_field]
-    at = [fields.index(name) for name in COORDINATES]
-    try:
-        places = {"offsets": [int(offsets[i]) for i in at], "itemsize": int(offsets[-1])}
-        dtype = np.dtype({"names": list(COORDINATES), "formats": [formats[i] for i in at]} | places)  # type: ignore
-    except (TypeError, ValueError) as error:
-        raise InputError(f"is a damaged .pcd file: no number has {', '.join(formats)}") from error
-    columns = tuple(name for name, _, _, n in per_field for _ in range(n))
-    assert match is not None
     notes = [] if viewpoint == IDENTITY else ["Left the VIEWPOINT of the file aside: its points are taken as they are."]
-    return _PcdHeader(columns, dtype, count, match[1].decode().lower(), content[match.end() :], tuple(notes))
+    return _PcdHeader(columns, count, match[1].decode().lower(), content[match.end() :], tuple(notes))
 
 
 def _ply(path: Path) -> Text:
-    """A .ply, through Open3D; its header is read here for what Open3D does not tell."""
-    try:
-        found = open3d_files.points(path)
-    except InputError as error:
-        if str(error).startswith(open3d_files.DAMAGED):
-            _ply_checked(path)  # may know better why
-        raise
-    return Text(found, _ply_checked(path))
-
-
-def _ply_checked(path: Path) -> tuple[str, ...]:
-    """What is to be said of a .ply. Raises `InputError` if its header promises another number of points."""
+    """A .ply, of which the vertices are the points."""
     content = path.read_bytes()
     match = re.search(rb"^end_header[ \t]*(\r\n|\n|\r)", content, re.MULTILINE)
     words = [line.split() for line in re.split(r"[\r\n]+", content[: match.start()].decode("latin-1"))] if match else []
     form = next((line[1] for line in words if line[:1] == ["format"] and len(line) > 1), "")
-    elements: dict[str, tuple[int, list[list[str]]]] = {}
+    elements: dict[str, tuple[int, Columns]] = {}
     for line in words:
         if line[:1] == ["element"] and len(line) == 3 and line[2].isdigit():
             elements[line[1]] = (int(line[2]), [])
-        elif line[:1] == ["property"] and elements:
-            elements[list(elements)[-1]][1].append(line[1:])
+        elif line[:1] == ["property"] and len(line) > 2 and elements:
+            elements[list(elements)[-1]][1].append((line[-1], PLY_TYPES.get(line[1], line[1])))
     if match is None or "vertex" not in elements:
         raise _damaged(path, "its header names no vertices")
-    count, properties = elements["vertex"]
-    _named([line[-1] for line in properties])
-    body, others = content[match.end() :], sum(n for name, (n, _) in elements.items() if name != "vertex")
-    if form == "ascii":
-        lines = [line for line in body.splitlines() if line.strip()]
-        if re.search(rb"\d,\d", body):
-            raise InputError("has decimal commas in its lines; write decimal points")
-        _agree(path, count, len(lines) - others)
-    elif not any(line[0] == "list" for _, each in elements.values() for line in each):
-        sizes = {name: sum(PLY_TYPES.get(line[0], 0) for line in each) for name, (_, each) in elements.items()}
-        rest = sum(n * sizes[name] for name, (n, _) in elements.items() if name != "vertex")
-        _agree(path, count, (len(body) - rest) // max(sizes["vertex"], 1))
+    if form not in PLY_FORMS:
+        raise _damaged(path, f"its format is '{form}'")
+    _named([name for name, _ in elements["vertex"][1]])
     faces = elements.get("face", (0, []))[0]
-    return (f"Left {faces} faces aside: `sgnlp observe` makes the cloud of a mesh.",) if faces else ()
+    notes = (f"Left {faces} faces aside: `sgnlp observe` makes the cloud of a mesh.",) if faces else ()
+    read_body = _ply_rows if form == "ascii" else _ply_bytes
+    found = read_body(path, content[match.end() :], elements, PLY_FORMS[form])
+    return Text(found.points, (*notes, *found.notes))
+
+
+def _ply_rows(path: Path, body: bytes, elements: dict[str, tuple[int, Columns]], order: str) -> Text:
+    """The vertices of a .ply that is a text."""
+    (count, columns), before = elements["vertex"], list(elements).index("vertex")
+    counts = [n for n, _ in elements.values()]
+    lines = [line for line in body.splitlines() if line.strip()]
+    _agree(path, count, len(lines) - sum(counts) + count)
+    own = lines[sum(counts[:before]) :][:count]
+    return text_rows.points(b"\n".join(own), [name for name, _ in columns])
+
+
+def _ply_bytes(path: Path, body: bytes, elements: dict[str, tuple[int, Columns]], order: str) -> Text:
+    """The vertices of a binary .ply."""
+    sizes: list[int | None] = []  # in bytes, None where the length of lists decides it
+    for count, columns in elements.values():
+        try:
+            sizes.append(count * _dtype([(name, order + kind) for name, kind in columns]).itemsize)
+        except TypeError:
+            sizes.append(None)
+    (count, columns), i = elements["vertex"], list(elements).index("vertex")
+    if None in sizes[: i + 1]:
+        raise InputError("has lists before or among its points; save it as text, or without them")
+    body, own = body[sum(sizes[:i]) :], [(name, order + kind) for name, kind in columns]  # type: ignore[arg-type]
+    after = [size or 0 for size in sizes[i + 1 :]]
+    held = (len(body) - sum(after)) // max(_dtype(own).itemsize, 1)
+    _agree(path, count, min(held, count) if None in sizes else held)
+    return Text(_coordinates(body, own, count), ())
+
+
+def _dtype(columns: Columns) -> np.dtype[np.void]:
+    """Of a binary point; its columns are called by their numbers, for names may repeat."""
+    return np.dtype([(str(i), kind) for i, (_, kind) in enumerate(columns)])
+
+
+def _coordinates(body: bytes, columns: Columns, count: int) -> NDArray[np.float64]:
+    """Points (N, 3) of a binary file."""
+    rows, names = np.frombuffer(body, _dtype(columns), count), [name for name, _ in columns]
+    return np.stack([rows[str(names.index(axis))].astype(np.float64) for axis in COORDINATES], axis=1)
 
 
 def _named(fields: list[str]) -> None:

@@ -1,4 +1,4 @@
-"""Points from the lines of a text: which separator, which decimal mark, which columns. Nothing is dropped unsaid."""
+"""Points from the lines of a text: finds separator, decimal mark and columns, and notes every line that it drops."""
 
 import re
 from collections import Counter
@@ -36,9 +36,9 @@ class Text:
 def points(content: bytes, columns: Sequence[str] = ()) -> Text:
     """The points in the lines of a text.
 
-    Numbers are separated by blanks, tabs, semicolons or commas, the decimal mark is a point or a comma. `columns` are
-    the names of the columns where a header has told them; else a heading line may, and else the first three are x y z.
-    Raises `InputError` where the lines leave a doubt.
+    Blanks, tabs, semicolons or commas separate the numbers; the decimal mark is a point or a comma. `columns` are the
+    names of the columns if a header has them. Otherwise a heading line may name them, or the first three are x y z.
+    Raises `InputError` where the lines can be read in more than one way.
     """
     lines = [line for line in map(str.strip, _decoded(content).splitlines()) if line and not line.startswith(COMMENTS)]
     split, notes = _splitter(lines)
@@ -125,7 +125,7 @@ def _number(field: str) -> float | None:
 
 
 def _table(fields: list[list[str]], width: int) -> tuple[Array, list[str]]:
-    """The numbers (N, width) of the lines that hold as many as they should, and what is said of the others."""
+    """The numbers (N, width) of the lines that hold that many, and notes on the others."""
     try:
         table = np.array(fields, dtype=np.float64)
         if table.ndim == 2 and table.shape[1] == (width or table.shape[1]) and table.shape[1] >= 3:

@@ -17,7 +17,7 @@ from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import load_hand
-from sgnlp.perception.observation import DEFAULTS, Observation, ObservationSettings, Up, load
+from sgnlp.perception.observation import PLAIN, Observation, Reading, load
 from sgnlp.planning import results
 from sgnlp.planning.extension import Extension
 from sgnlp.planning.grasps import Grasps
@@ -37,28 +37,13 @@ class Task:
     count: int = 7
     seed: int = 0
     timeout: float = 60.0
-    views: tuple[str, ...] = ()
-    scale: float = 1.0
-    table_height: float | None = None
-    key: str | None = None
-    up: Up = "z"
-    pose: tuple[float, ...] | None = None
-    cleaning: ObservationSettings = DEFAULTS
+    reading: Reading = PLAIN
     extension: Extension | None = None
     root: Path = field(default_factory=Path.cwd)
 
     def load(self, file: Path) -> Observation:
         """The observation in a file."""
-        return load(
-            self.root / file,
-            views=self.views or None,
-            scale=self.scale,
-            table_height=self.table_height,
-            key=self.key,
-            up=self.up,
-            pose=self.pose,
-            settings=self.cleaning,
-        )
+        return load(self.root / file, self.reading)
 
 
 @dataclass(frozen=True)

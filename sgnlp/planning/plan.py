@@ -52,7 +52,7 @@ class Plan:
             "source": observation.source,
             "working_folder": str(Path.cwd()),
             "input_digest": observation.digest,
-            "reading": observation.reading,
+            "reading": observation.reading and asdict(observation.reading, dict_factory=_plain),
             "table_height": observation.table_height,
             "hand": self.problem.hand.name,
             "settings": asdict(self.problem.settings, dict_factory=_plain),

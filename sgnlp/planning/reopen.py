@@ -1,14 +1,13 @@
 """A result's problem posed again: its cloud read from its source, its surface fitted as it was."""
 
 from collections.abc import Mapping
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand
-from sgnlp.perception.observation import Observation, ObservationSettings, load
+from sgnlp.perception.observation import Observation, Reading, load
 from sgnlp.planning.additions import NOTHING, Additions
 from sgnlp.planning.cautions.planned import Planned
 from sgnlp.planning.extension import extension
@@ -19,12 +18,15 @@ from sgnlp.planning.results import load_grasps
 
 def settings(meta: dict[str, Any]) -> Settings:
     """The settings that a result was planned with; raises `InputError` if they are those of another version."""
-    known: dict[str, Any] = {f.name: f.default_factory for f in fields(Settings)}
-    values = {name: value for name, value in meta["settings"].items() if name in known}
     try:
-        return Settings(**{n: known[n](**value) if isinstance(value, dict) else value for n, value in values.items()})
+        return Settings.restored(meta["settings"])
     except TypeError as error:
         raise InputError(f"it was planned by another version of sgnlp, with other settings: {error}") from None
+
+
+def reading(meta: dict[str, Any]) -> Reading:
+    """How the cloud of a result was read."""
+    return Reading.restored(meta.get("reading") or {})
 
 
 def source(grasps: Grasps, folder: Path, file: Path | None = None) -> Path:
@@ -55,12 +57,7 @@ def observation(grasps: Grasps, folder: Path, file: Path | None = None) -> Obser
         InputError: the file is missing, or it is not the cloud that was solved.
     """
     path = source(grasps, folder, file)
-    options = dict(grasps.meta.get("reading") or {})
-    if "settings" in options:
-        known = {f.name for f in fields(ObservationSettings)}
-        kept = {name: value for name, value in options["settings"].items() if name in known}
-        options["settings"] = ObservationSettings(**kept)
-    found = load(path, **options)
+    found = load(path, reading(grasps.meta))
     if found.digest != grasps.meta.get("input_digest"):
         raise InputError(f"'{path}' has changed, or was read with other options, since it was solved")
     return found

@@ -1,4 +1,4 @@
-"""Where the camera of a view stands, and where labels are beside what it sees.
+"""Where the camera of a view stands, and where its labels are.
 
 A camera is three rows: right, up and towards the viewer. It looks at the middle of a ball around hand and object from a
 distance at which the ball fills `FILL` of the view; with the labels' rows below it, all is in the view.

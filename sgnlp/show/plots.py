@@ -12,7 +12,7 @@ from typing import Any, Literal
 from sgnlp.base.errors import InputError
 
 COLUMNS = 3
-"""Panels beside each other at most, unless asked otherwise."""
+"""Most panels in a row, if not given."""
 PANEL = (3.0, 2.6)
 """Width and height of a panel [inch]."""
 STYLES: tuple[tuple[str, Any, str], ...] = (
@@ -25,15 +25,15 @@ STYLES: tuple[tuple[str, Any, str], ...] = (
     ("0.45", (0, (8, 2)), "P"),
     ("0.3", (0, (3, 3)), "*"),
 )
-"""Grey level, line and marker of the first series, the second, and so on, and round again; none paler than 0.55."""
+"""Grey level, line and marker of the series in their order; they repeat. None is paler than 0.55."""
 BARS = (("0.65", ""), ("1.0", "///"), ("0.85", "..."), ("1.0", "xxx"), ("0.45", "\\\\\\"))
 """Face and hatch of bars, in the same order; all have black edges, and intervals are seen on all of them."""
 MARKERS = 10
 """Markers on a line of many points, about."""
 CROWDED = 24
-"""Letters of the names below bars that fit side by side; longer ones stand beside bars that lie."""
+"""Letters that fit below upright bars; with longer names the bars are horizontal."""
 NAME_WIDTH, BAR_HEIGHT = 0.06, 0.22
-"""Of a letter beside a lying bar, and of the bar with its gap [inch]."""
+"""Width of a letter beside a horizontal bar, and height of the bar with its gap [inch]."""
 
 
 @dataclass(frozen=True)

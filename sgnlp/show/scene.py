@@ -24,7 +24,7 @@ from sgnlp.show.scene_shapes import ARROW, axes, coil, cone, segments, solid, sp
 Array = NDArray[np.float64]
 
 HAND_OPACITY = 0.35
-"""Object, contacts and springs are seen through the hand, the pads' colours on it."""
+"""The hand is transparent: object, contacts and springs are behind it."""
 DOT, TARGET = 0.003, 0.004
 """Radius of a contact and of a target [m]."""
 GAIN_WIDTH = 60.0
@@ -95,7 +95,7 @@ def view(grasps: Grasps, rank: int, hand: Hand, problem: Problem | None) -> View
         labels=(*labels, *letters),
         sheets=(
             sheets.fingers(grasps, rank),
-            sheets.energy(grasps, rank, problem),
+            sheets.energy(grasps, rank, None if problem is None else problem.weights()),
             sheets.wrist(grasps, rank, hand),
             sheets.joints(grasps, rank, hand),
         ),

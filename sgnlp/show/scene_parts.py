@@ -1,4 +1,4 @@
-"""What a view is made of, for any backend that draws it: shapes, labels, stages, and the legend of their symbols."""
+"""The parts of a view, for any backend that draws it: shapes, labels, stages, and the legend of their symbols."""
 
 from dataclasses import dataclass
 
@@ -65,13 +65,13 @@ class Shape:
 
 @dataclass(frozen=True)
 class Label:
-    """A text that belongs to a place (3,) [m]; who draws it puts it beside all geometry, with a line to its place."""
+    """A text for a place (3,) [m]. It is drawn away from all geometry, with a line to its place."""
 
     text: str
     place: tuple[float, float, float]
     colour: Colour = palette.INK
     here: bool = False
-    """Whether it stands at its place itself."""
+    """Whether the text stands at the place itself."""
 
 
 @dataclass(frozen=True, eq=False)

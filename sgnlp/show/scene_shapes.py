@@ -17,7 +17,7 @@ from sgnlp.surface.gpis import Gpis
 Array = NDArray[np.float64]
 
 SURFACE_OPACITY = 0.45
-"""Springs and targets are seen through the surface."""
+"""The surface is transparent: springs and targets are behind it."""
 GRID, MARGIN = 40, 0.015
 """Cells along the longest side of the surface's grid, and what it reaches beyond the points [m]."""
 SHOWN_SHARE = 0.95
@@ -37,7 +37,7 @@ SOLIDS = {
     "cube": meshes.box([1.6, 1.6, 1.6]),
     "diamond": meshes.hull(1.4 * np.vstack([np.eye(3), -np.eye(3)])),
 }
-"""Bodies of about the size of the unit ball, told apart by their outlines."""
+"""Bodies of about the size of the unit ball, with different outlines."""
 
 
 def surface(gpis: Gpis, box: Array) -> Shape:
@@ -94,7 +94,7 @@ def coil(start: Array, end: Array) -> Array:
 
 
 def cone(apex: Array, normal: Array, friction: float, colour: Colour) -> Shape:
-    """The cone of forces on the object at a contact, drawn outside, whence they come: half angle atan μ."""
+    """The cone of forces on the object at a contact, drawn outside the object; its half angle is atan μ."""
     across, up = _across(normal)
     angle = np.linspace(0, 2 * np.pi, 24, endpoint=False)[:, None]
     rim = apex + ARROW * (normal + friction * (np.cos(angle) * across + np.sin(angle) * up)) / np.hypot(1, friction)

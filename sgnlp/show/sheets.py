@@ -1,13 +1,15 @@
-"""Tables of one grasp, as texts: fingers, energy, wrist and joints."""
+"""Tables as texts, for any page or terminal: fingers, energy, wrist and joints of a grasp, and simulations."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import ArrayLike
 
 from sgnlp.hand.hand import Hand
 from sgnlp.planning.grasps import Grasps
-from sgnlp.planning.problem import Problem
 
 PRISMATIC = "JointModelP"
 """How Pinocchio's names of joints that slide begin; of these, limits and positions are in metres."""
@@ -21,23 +23,29 @@ class Sheet:
     rows: tuple[tuple[str, ...], ...]
 
 
+def markdown(rows: Sequence[Sequence[str]]) -> str:
+    """A Markdown table, its first row the heads; bars in its cells do not end them."""
+    lines = [rows[0], ["---"] * len(rows[0]), *rows[1:]]
+    return "\n".join("| " + " | ".join(cell.replace("|", r"\|") for cell in line) + " |" for line in lines)
+
+
 def fingers(grasps: Grasps, rank: int) -> Sheet:
-    """Fingers with their gains, forces, margins and the deviation at their contacts."""
-    force = np.linalg.norm(grasps.forces_eq[rank], axis=1)
-    columns = (grasps.gains[rank], force, grasps.margins_initial[rank], grasps.margins_equilibrium[rank])
-    sigma = 1e3 * grasps.contact_deviation[rank]
-    rows = [("finger", "gain [N/m]", "force [N]", "margin t0", "margin eq", "±σ [mm]")]
-    for name, k, f, first, last, s in zip(grasps.finger_names, *columns, sigma, strict=True):
-        rows.append((str(name), f"{k:.0f}", f"{f:.2f}", f"{first:.3f}", f"{last:.3f}", f"{s:.1f}"))
+    """Fingers with their gains, forces and margins, what lies between pad and surface, and their targets."""
+    names = ("gains", "forces_eq", "margins_initial", "margins_equilibrium", "contact_distance", "contact_deviation")
+    columns = zip(grasps.finger_names, *(getattr(grasps, n)[rank] for n in (*names, "targets")), strict=True)
+    rows = [("finger", "gain [N/m]", "force [N]", "margin t0, eq", "gap [mm]", "±σ [mm]", "target [mm]")]
+    for name, k, f, first, last, gap, s, target in columns:
+        numbers = (f"{k:.0f}", f"{np.linalg.norm(f):.2f}", f"{first:.3f} {last:.3f}", f"{1e3 * gap:.2f}")
+        rows.append((str(name), *numbers, f"{1e3 * s:.1f}", " ".join(f"{1e3 * c:+.0f}" for c in target)))
     return Sheet("Fingers", tuple(rows))
 
 
-def energy(grasps: Grasps, rank: int, problem: Problem | None) -> Sheet:
-    """The exact energy term by term; without its problem, no weights are known."""
+def energy(grasps: Grasps, rank: int, weights: ArrayLike | None) -> Sheet:
+    """The exact energy term by term; `weights` is None where they are not known."""
     values = grasps.energy_terms[rank]
+    known = np.full(len(values), np.nan) if weights is None else np.asarray(weights)
     rows = [("term", "value", "weight", "share")]
-    weights = problem.weights() if problem is not None else np.full(len(values), np.nan)
-    for name, value, w in zip(grasps.term_names, values, weights, strict=True):
+    for name, value, w in zip(grasps.term_names, values, known, strict=True):
         rows.append((str(name), f"{value:.4g}", f"{w:g}", f"{w * value:.2f}"))
     rows.append(("total", "", "", f"{grasps.energy[rank]:.2f}"))
     return Sheet("Energy, exact", tuple(rows))
@@ -67,3 +75,25 @@ def joints(grasps: Grasps, rank: int, hand: Hand) -> Sheet:
         angle = "" if slides else f"{np.degrees(q):.1f}"
         rows.append((name, f"{q:.4f}", "m" if slides else "rad", angle, f"{lower:.4f}", f"{upper:.4f}"))
     return Sheet(f"Joints of grasp {rank}", tuple(rows))
+
+
+def simulated(grasps: Sequence[Mapping[str, Any]]) -> Sheet:
+    """One row a simulated grasp, as `simulation.json` has it.
+
+    "moved" is the object's motion before the last pad touched, "off plan" that of its equilibrium from the plan's.
+    """
+    heads = ("grasp", "ending", "score", "strict", "rise", "slip", "pushes", "moved", "off plan")
+    return Sheet("Simulated; lengths in mm", (heads, *map(_simulated, range(len(grasps)), grasps)))
+
+
+def _simulated(rank: int, grasp: Mapping[str, Any]) -> tuple[str, ...]:
+    closing, lift, pushes = grasp["closing"], grasp["lift"], grasp["pushes"]
+    held = f"{sum(push['held'] for push in pushes)}/{len(pushes)}" if pushes else ""
+    ended = (str(rank), grasp["ending"], f"{grasp['score']:g}", f"{grasp['score_strict']:g}")
+    rose = (lift and lift["rise"], lift and max(lift["slip"]))
+    moved = (closing and closing["shift_before_contact"], closing and closing["shift_error"])
+    return (*ended, *map(_mm, rose), held, *map(_mm, moved))
+
+
+def _mm(length: float | None) -> str:
+    return "" if length is None else f"{1e3 * length:.1f}"

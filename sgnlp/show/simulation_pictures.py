@@ -34,7 +34,7 @@ LAMP = ((0.3, -0.4, 1.5), (-0.2, 0.3, -1.0))
 PHASES = {"pregrasp": "pregrasp", "close": "after closing", "lift": "after the lift", "hold": "after the hold"}
 """The phases that have a picture, each of its end, and the picture's name."""
 LETTERS, LINES = 26, 16
-"""Letters that fit beside each other, and lines that fit below each other, in a cell."""
+"""Letters in a line, and lines in a cell."""
 
 
 class NoRenderer(Exception):
@@ -129,7 +129,7 @@ def images(
 
 
 def _lit(spec: Any) -> Any:
-    """The model with light, a white sky, and colours to tell table, object and hand apart."""
+    """The model with light, a white sky, and different colours for table, object and hand."""
     import mujoco
 
     position, direction = LAMP
@@ -143,7 +143,7 @@ def _lit(spec: Any) -> Any:
 
 
 def _painted(model: Any, hand: Hand) -> Any:
-    """The model with a light hand that is seen through, and its tips in the fingers' colours."""
+    """The model with a light, transparent hand, its tips in the fingers' colours."""
     tips = {f"hand/{finger.frame}": palette.finger(i) for i, finger in enumerate(hand.fingers)}
     for i in np.flatnonzero(model.geom_group == SHOWN):
         name = model.body(model.geom_bodyid[i]).name

@@ -9,11 +9,14 @@ from rich.console import Console
 from rich.text import Text
 
 from sgnlp.hand.hand import Hand
+from sgnlp.planning.grasps import Grasps, stack
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution
+from sgnlp.show import sheets
 from sgnlp.show.columns import Table
-from sgnlp.simulation import Outcome
+from sgnlp.show.sheets import Sheet
+from sgnlp.simulation import Outcome, plain
 
 Array = NDArray[np.float64]
 
@@ -48,29 +51,18 @@ def starts_table(plan: Plan) -> Table:
 
 def fingers_table(plan: Plan, s: Solution) -> Table:
     """One row a finger of a grasp."""
-    columns = ("gain [N/m]", "force [N]", "margin t0, eq", "gap [mm]", "±σ [mm]", "target [mm]")
-    table = Table(f"Start {s.start}, by finger", "finger", *columns)
-    g = s.grasp
-    for i, finger in enumerate(plan.problem.hand.fingers):
-        table.add_row(
-            finger.name,
-            f"{g.gains[i]:.0f}",
-            f"{np.linalg.norm(g.forces_eq[i]):.2f}",
-            f"{s.margins_initial[i]:.3f} {s.margins_equilibrium[i]:.3f}",
-            f"{1e3 * g.gaps[i]:.2f}",
-            f"{1e3 * g.contact_deviations[i]:.1f}",
-            " ".join(f"{1e3 * c:+.0f}" for c in g.targets[i]),
-        )
-    return table
+    return table(sheets.fingers(_grasps(plan, s), 0), f"Start {s.start}, by finger")
 
 
 def energy_table(plan: Plan, s: Solution) -> Table:
     """The exact energy of a grasp, term by term."""
-    table = Table(f"Start {s.start}, exact energy", "term", "value", "weight", "share")
-    for term, w, e in zip(plan.problem.terms, plan.problem.weights(), s.energy_terms, strict=True):
-        table.add_row(term.name, f"{e:.4g}", f"{w:g}", f"{w * e:.2f}")
-    table.add_row("total", "", "", f"{s.energy:.2f}", style="bold")
-    return table
+    made = table(sheets.energy(_grasps(plan, s), 0, plan.problem.weights()), f"Start {s.start}, exact energy")
+    made.rows[-1].style = "bold"
+    return made
+
+
+def _grasps(plan: Plan, s: Solution) -> Grasps:
+    return stack(plan.problem.hand, plan.problem.terms, [s], {})
 
 
 def checks_table(s: Solution) -> Table:
@@ -135,25 +127,8 @@ def headline(plan: Plan) -> str:
 
 
 def simulation_table(outcomes: Sequence[Outcome]) -> Table:
-    """One row a simulated grasp, in the order of their ranks.
-
-    "moved" is the object's motion before the last pad touched, "off plan" that of its equilibrium from the plan's.
-    """
-    columns = ("ending", "score", "strict", "rise", "slip", "pushes", "moved", "off plan")
-    table = Table("Simulated; lengths in mm", "grasp", *columns)
-    for rank, o in enumerate(outcomes):
-        table.add_row(
-            str(rank),
-            o.ending,
-            f"{o.score:g}",
-            f"{o.score_strict:g}",
-            f"{1e3 * o.lift.rise:.1f}" if o.lift else "",
-            f"{1e3 * o.lift.slip.max():.1f}" if o.lift else "",
-            f"{o.pushes_held}/{len(o.pushes)}" if o.pushes else "",
-            f"{1e3 * o.closing.shift_before_contact:.1f}" if o.closing else "",
-            f"{1e3 * o.closing.shift_error:.1f}" if o.closing and o.closing.shift_error is not None else "",
-        )
-    return table
+    """One row a simulated grasp, in the order of their ranks."""
+    return table(sheets.simulated([plain(outcome) for outcome in outcomes]))
 
 
 def touches_table(outcome: Outcome, hand: Hand, planned: Array) -> Table:
@@ -206,15 +181,22 @@ def rows_table(title: str, lines: list[dict[str, str]], prose: str = "") -> Tabl
     return table
 
 
+def table(sheet: Sheet, title: str = "") -> Table:
+    """A sheet as a table of the terminal."""
+    made = Table(title or sheet.title, *sheet.rows[0])
+    for row in sheet.rows[1:]:
+        made.add_row(*row)
+    return made
+
+
 def markdown(lines: list[dict[str, str]]) -> str:
-    """The same as a Markdown table."""
-    rows = [list(lines[0]), ["---"] * len(lines[0]), *(list(line.values()) for line in lines)]
-    return "".join("| " + " | ".join(row) + " |\n" for row in rows)
+    """Lines of equal keys as a Markdown table."""
+    return sheets.markdown([list(lines[0]), *(list(line.values()) for line in lines)]) + "\n"
 
 
-def text(table: Table) -> str:
+def text(made: Table) -> str:
     """A table as plain text, as wide as it needs to be."""
     console = Console(width=1000, color_system=None, force_terminal=False, markup=False, emoji=False, highlight=False)
     with console.capture() as capture:
-        console.print(table)
+        console.print(made)
     return "".join(line.rstrip() + "\n" for line in capture.get().splitlines())

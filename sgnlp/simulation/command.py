@@ -1,4 +1,4 @@
-"""A grasp as the robot is told it."""
+"""A grasp as the commands that a robot gets."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """Pregrasp, targets and gains of m fingers in the world frame; beside them what the plan expects of them."""
+    """Pregrasp, targets and gains of m fingers in the world frame, and what the plan expects to happen."""
 
     wrist: Array  # (7,) pose of the root link, x y z [m] qx qy qz qw
     joints: Array  # (n,) [rad], in the order of the hand's joint_names

@@ -74,7 +74,6 @@ class Trace:
     qpos: Array  # (T, nq) MuJoCo's configuration
     tips: Array  # (T, m, 3) [m] centres of the pads
     forces: Array  # (T, m, 3) [N] of the pads on the object
-    object_pose: Array  # (T, 7) x y z [m] qx qy qz qw, motion from where the mesh was given
 
 
 @dataclass(frozen=True, eq=False)

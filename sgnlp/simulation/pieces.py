@@ -55,7 +55,7 @@ def _decompose(body: Body, error: float) -> list[Array]:
 
 
 def _save(file: Path, parts: list[Array]) -> None:
-    """Whole or not at all, for another process may decompose the same body; not at all where the cache is no use."""
+    """Write the file in one step, since another process may write it too; skip it if the cache cannot be written."""
     content = io.BytesIO()
     np.savez_compressed(content, **{f"{i:03d}": part for i, part in enumerate(parts)})  # type: ignore[arg-type]
     name = ""

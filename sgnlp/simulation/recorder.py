@@ -102,10 +102,7 @@ class Recorder:
     def _keep(self, data: Any, reading: Reading) -> None:
         """Every few readings, what a picture needs."""
         if self._count % TRACE_EVERY == 0:
-            w, x, y, z = data.xquat[self.world.object_body]
-            pose = np.array([*reading.translation, x, y, z, w])
-            row = (reading.time, reading.phase, data.qpos.copy(), reading.tips, reading.forces, pose)
-            self._rows.append(row)
+            self._rows.append((reading.time, reading.phase, data.qpos.copy(), reading.tips, reading.forces))
         self._count += 1
 
 

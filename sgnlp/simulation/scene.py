@@ -1,4 +1,4 @@
-"""Table and object: what MuJoCo is told about solver, contact and the true shape."""
+"""Table and object in MuJoCo: solver, contact and the true shape."""
 
 from typing import Any
 
@@ -19,7 +19,7 @@ PATCH_SHARE = 3 * np.pi / 16
 pressure ∝ √(1 - (r/a)²) the integral of μ p r over the patch."""
 ITERATIONS, TOLERANCE = 200, 1e-16
 """Newton's method to rounding: at 1e-10 the residual shakes pads across the surface by 1 cm in 3 s, and a grasp takes
-five times longer, for nothing ever rests."""
+five times longer, because nothing ever comes to rest."""
 DEPTH = 0.001
 """MuJoCo's width of the impedance [m]; without effect where the impedance does not depend on the depth."""
 
@@ -36,7 +36,7 @@ def empty_scene(body: Body, settings: SimulationSettings) -> Any:
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = settings.friction_impedance
     option.iterations, option.tolerance = ITERATIONS, TOLERANCE
-    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # what diverges is told, not begun anew
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET  # a run that diverges is reported, not restarted
     plane, height = mujoco.mjtGeom.mjGEOM_PLANE, body.table_height
     table = spec.worldbody.add_geom(name=TABLE, type=plane, size=[TABLE_HALF, TABLE_HALF, 1], pos=[0, 0, height])
     touchable(table, settings)

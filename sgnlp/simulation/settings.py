@@ -1,9 +1,9 @@
 """Numbers of the simulation, each with its source."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated
 
-from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
+from sgnlp.base.checked import Checked, NotNegative, Positive
 from sgnlp.base.errors import InputError
 
 SAMPLE = 0.01
@@ -19,74 +19,50 @@ class SimulationSettings(Checked):
     """The object, the hand's joints, contact, the phases and the judgement."""
 
     section = "simulation"
-    valid: ClassVar[dict[str, Interval]] = {
-        "mass": POSITIVE,
-        "friction": POSITIVE,
-        "timestep": (1e-5, 0.002),
-        "joint_damping": NOT_NEGATIVE,
-        "joint_friction": NOT_NEGATIVE,
-        "joint_armature": POSITIVE,
-        "pad_patch": NOT_NEGATIVE,
-        "contact_time": POSITIVE,
-        "contact_impedance": (0.5, 0.9999),
-        "friction_impedance": (1.0, 1e4),
-        "piece_error": POSITIVE,
-        "close_time": POSITIVE,
-        "lift_height": POSITIVE,
-        "lift_time": POSITIVE,
-        "hold_time": POSITIVE,
-        "push_time": POSITIVE,
-        "push_weights": NOT_NEGATIVE,
-        "max_penetration": POSITIVE,
-        "rise": POSITIVE,
-        "rise_strict": POSITIVE,
-        "slip_limit": POSITIVE,
-    }
-
-    mass: float = 0.1
+    mass: Positive = 0.1
     """of the object [kg], spread evenly over its volume (the paper's objects: 0.02 to 0.5)"""
-    friction: float = 1.0
+    friction: Positive = 1.0
     """Coulomb's coefficient of every contact (the paper's release plans with 1)"""
-    timestep: float = 0.002
+    timestep: Annotated[float, (1e-05, 0.002)] = 0.002
     """[s]; halved, every outcome stays (tests/test_simulation.py). MuJoCo needs at most half of contact_time"""
-    joint_damping: float = 0.1
+    joint_damping: NotNegative = 0.1
     """viscous friction of a joint [N m s] (MuJoCo Menagerie's Allegro; the URDF's 3 to 10 are placeholders)"""
-    joint_friction: float = 0.03
+    joint_friction: NotNegative = 0.03
     """dry friction of a joint [N m]: 4 % of the rated torque, what a gear of 369:1 loses without load (an estimate; the
     URDF's 5 to 12 are placeholders). Four joints move three coordinates of a tip: without friction a pad turns about
     its centre like a caster, and the object sags between the pads"""
-    joint_armature: float = 1e-3
+    joint_armature: Positive = 1e-3
     """rotor inertia seen at a joint [kg m²]; with it a tip weighs 0.1 to 1 kg, and 2√k is critical for 1 kg"""
-    pad_patch: float = 0.003
+    pad_patch: NotNegative = 0.003
     """radius of the patch of contact of a pad [m]: Hertz for 4 N, 12 mm and 1 MPa; it resists twist"""
-    contact_time: float = 0.005
+    contact_time: Positive = 0.005
     """time constant of a contact [s]; the pads give way by less than 0.1 mm under 10 N"""
-    contact_impedance: float = 0.99
+    contact_impedance: Annotated[float, (0.5, 0.9999)] = 0.99
     """share of a contact's force that does not give way; with `friction_impedance` a held object creeps by less than
     0.1 mm/s (tests/test_simulation.py)"""
-    friction_impedance: float = 100.0
+    friction_impedance: Annotated[float, (1.0, 10000.0)] = 100.0
     """stiffness of friction over that of the normal force"""
-    piece_error: float = 0.002
+    piece_error: Positive = 0.002
     """concavity allowed to a convex piece of the object [m]"""
-    close_time: float = 6.0
+    close_time: Positive = 6.0
     """longest wait for rest after closing [s]"""
-    lift_height: float = 0.05
+    lift_height: Positive = 0.05
     """[m] (paper: 5 cm)"""
-    lift_time: float = 1.0
+    lift_time: Positive = 1.0
     """[s]"""
-    hold_time: float = 2.0
+    hold_time: Positive = 2.0
     """[s] in the air before the judgement"""
-    push_time: float = 1.0
+    push_time: Positive = 1.0
     """duration of each of the six pushes [s]; 0.2 s is the slowest spring's time constant 2/√k"""
-    push_weights: float = 1.0
+    push_weights: NotNegative = 1.0
     """force of a push over the object's weight; 0 leaves the pushes out"""
-    max_penetration: float = 0.005
+    max_penetration: Positive = 0.005
     """a pregrasp deeper than this in object or table is refused [m]"""
-    rise: float = 0.02
+    rise: Positive = 0.02
     """least rise of the object during the whole hold to count as lifted [m]; a spring sags by m g/Σk"""
-    rise_strict: float = 0.04
+    rise_strict: Positive = 0.04
     """the same for the strict score [m]"""
-    slip_limit: float = 0.01
+    slip_limit: Positive = 0.01
     """longest path of a pad over the surface during lift and hold, rolling excluded [m]"""
 
     def __post_init__(self) -> None:

@@ -49,4 +49,4 @@ def test_why_there_are_none_is_told_with_what_to_do(monkeypatch, error):
     finally:
         semaphores.fault.cache_clear()
     assert (error.strerror if isinstance(error, OSError) else str(error)) in told
-    assert "/dev/shm must be there and writable" in told
+    assert "several processes need a writable /dev/shm" in told

@@ -63,9 +63,9 @@ def test_a_plan_with_interpreted_functions_names_the_command_that_compiles_them(
     settings = replace(ROBUST, spheres="paper", contact=replace(ROBUST.contact, samples=4))
     console = Console(width=200)
     compiling.offer(console, hand("paper"), "allegro_left", settings)
-    assert "'sgnlp cache --build --spheres paper --contact.samples 4' compiles them" in capfd.readouterr().out
+    assert "'sgnlp cache --build --contact.samples 4 --spheres paper' compiles them" in capfd.readouterr().out
     compiling.offer(console, hand("paper"), "some/folder", settings)
-    assert "cache --build --hand some/folder --spheres paper" in capfd.readouterr().out
+    assert "cache --build --hand some/folder --contact.samples 4 --spheres paper" in capfd.readouterr().out
     compiling.offer(console, hand(), "allegro_left", PRESETS["bilevel-heuristic"])
     assert "cache --build --contact.metric closure --contact.heuristic 1.6' compiles" in capfd.readouterr().out
     compiling.offer(console, hand("paper"), "x", replace(settings, solver=replace(settings.solver, compiled=False)))

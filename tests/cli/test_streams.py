@@ -83,9 +83,9 @@ def test_output_that_finds_no_room_has_the_code_of_the_machine(monkeypatch, capf
         (OSError(errno.ENOSPC, "No space", "a"), codes.MACHINE, "error: 'a': No space"),
         (OSError(errno.EAGAIN, "try again"), codes.MACHINE, "error: try again"),
         (PermissionError(errno.EACCES, "denied", "a"), codes.BAD_INPUT, "error: 'a': denied"),
-        (MemoryError(), codes.MACHINE, "error: there is no more memory"),
-        (RuntimeError("std::bad_alloc"), codes.MACHINE, "error: there is no more memory"),
-        (RuntimeError("can't start new thread"), codes.MACHINE, "error: there can be no more processes"),
+        (MemoryError(), codes.MACHINE, "error: out of memory"),
+        (RuntimeError("std::bad_alloc"), codes.MACHINE, "error: out of memory"),
+        (RuntimeError("can't start new thread"), codes.MACHINE, "error: no more processes"),
     ],
 )
 def test_what_the_machine_refuses_is_one_line_and_a_code(monkeypatch, capfd, error, code, said):

@@ -165,7 +165,7 @@ def test_the_command_tells_every_check_and_ends_with_0(capfd: pytest.CaptureFixt
     out = capfd.readouterr().out
     assert "ok     chain of b: b_slide, b_bend, a_bend  (3 joints or more" in out
     assert "look   meshes: none" in out
-    assert "checks: 0 wrong, 1 to be looked at" in out
+    assert "checks: 0 wrong, 1 to look at" in out
 
 
 def test_the_command_ends_with_3_where_something_is_wrong(capfd: pytest.CaptureFixture[str], tmp_path: Path):

@@ -124,7 +124,7 @@ def test_an_axis_that_points_up_is_turned_to_z(tmp_path, up):
     np.testing.assert_allclose(np.sort(found.points[:, 2]), np.sort(observe(BALL, table_height=-0.001).points[:, 2]))
     distances = np.linalg.norm(found.points - found.points[0], axis=1)
     assert distances.max() < 0.081  # nothing is stretched
-    assert found.reading["up"] == up
+    assert found.reading.up == up
 
 
 def test_a_pose_turns_points_cameras_and_mesh_but_no_height(tmp_path):
@@ -140,7 +140,7 @@ def test_a_pose_turns_points_cameras_and_mesh_but_no_height(tmp_path):
     np.testing.assert_allclose(found.mesh_vertices, np.eye(3), atol=1e-12)
     assert found.table_height == pytest.approx(observe(BALL).table_height)
     assert "Ignored the table's height in the file: it is not in the world's frame." in found.notes
-    for wrong, message in ((2 * pose, "a rotation and a translation"), (pose[:3], "16 numbers")):
+    for wrong, message in ((2 * pose, "a rotation matrix"), (pose[:3], "16 numbers")):
         with pytest.raises(InputError, match=message):
             load(tmp_path / "c.npz", pose=wrong.ravel().tolist())
     with pytest.raises(InputError, match="not both"):

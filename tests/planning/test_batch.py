@@ -23,6 +23,7 @@ from sgnlp import load_grasps
 from sgnlp.base import exclusive
 from sgnlp.base.errors import InputError, MachineError, SolverError
 from sgnlp.cli import codes, run
+from sgnlp.perception.observation import Reading
 from sgnlp.planning import results
 from sgnlp.planning.batch import Row, Task, batch, plan
 from sgnlp.planning.pool import Failure
@@ -189,7 +190,7 @@ def test_a_result_that_cannot_be_written_is_a_row(solved):
 def test_a_setting_that_fits_no_object_is_told_in_every_row_and_a_bad_hand_at_once(solved):
     with pytest.raises(InputError, match="unknown hand"):
         rows([cloud("one")], hand="nope")
-    assert rows([cloud("one")], views=("nope",))["one.npz"].failure.startswith("unknown view 'nope'")
+    assert rows([cloud("one")], reading=Reading(("nope",)))["one.npz"].failure.startswith("unknown view 'nope'")
 
 
 def test_the_workers_are_closed_however_the_batch_ends(solved):
@@ -226,7 +227,7 @@ def test_what_is_solved_is_not_solved_again_and_what_failed_is(solved):
         {"count": 3},
         {"settings": replace(SMALL, rank_by="energy")},
         {"hand": "allegro_right"},
-        {"table_height": -0.001},
+        {"reading": Reading(table_height=-0.001)},
     ],
     ids=lambda change: next(iter(change)),
 )
@@ -335,7 +336,7 @@ def test_a_folder_with_rows_of_another_task_is_refused_and_left_as_it_is(here, c
         "seed was 0, is 1": ("--seed", 1),
         "hand was allegro_left, is allegro_right": ("--hand", "allegro_right"),
         "settings.rank_by was": ("--rank-by", "energy"),
-        "scale was 1.0, is 2.0": ("--scale", 2),
+        "reading.scale was 1.0, is 2.0": ("--scale", 2),
     }
     capfd.readouterr()
     for message, more in changes.items():

@@ -21,7 +21,7 @@ from sgnlp.base.presets import PRESETS, ROBUST, preset
 from sgnlp.cli import again, report, run
 from sgnlp.cli.flags import beginning
 from sgnlp.cli.solve import Solve
-from sgnlp.perception.observation import ObservationSettings
+from sgnlp.perception.observation import ObservationSettings, Reading
 from sgnlp.planning import reopen, results
 from sgnlp.planning.cautions.plans import alike
 from sgnlp.show.report.content import distinct
@@ -35,7 +35,7 @@ SMALL = ("--gpis.surface-points", "60", "--gpis.interior-points", "15", "--conta
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory) -> Path:
     """A small plan of an ellipsoid from two starts, with its report."""
-    place = tmp_path_factory.mktemp("dossier")
+    place = tmp_path_factory.mktemp("report")
     view = (ellipsoid()[:, 0] > 0).astype(int)
     cameras = np.array([[-0.5, 0.0, 0.4], [0.5, 0.0, 0.4]])
     np.savez(place / "egg.npz", points=ellipsoid(), view=view, camera_positions=cameras, table_height=0.0)
@@ -80,7 +80,7 @@ def test_the_numbers_are_those_of_the_summary(folder):
             max(v for v in start["kkt"].values() if v != start["kkt"]["where"]), rel=0.5
         )
         assert int(told["iterations"]) == start["iterations"]
-    *terms, total = shown["Energy, term by term"][1:]
+    *terms, total = shown["Energy, exact"][1:]
     assert [row[0] for row in terms] == list(summary["best"]["energy_terms"])
     for row, term in zip(terms, summary["best"]["energy_terms"].values(), strict=True):
         assert float(row[3]) == pytest.approx(term["share"], abs=5e-3)
@@ -122,7 +122,7 @@ def test_a_simulation_is_told_if_it_is_of_this_plan(folder):
     file = folder / "simulation.json"
     file.write_text(json.dumps(told), encoding="utf-8")
     section = report._simulated(folder)
-    assert section.sheets[0].rows[1] == ("0", "held", "1", "1", "49.5", "4.2", "5 of 6", "2.1", "")
+    assert section.sheets[0].rows[1] == ("0", "held", "1", "1", "49.5", "4.2", "5/6", "2.1", "")
     os.utime(file, (0, 0))
     assert report._simulated(folder) is None
     file.unlink()
@@ -218,14 +218,15 @@ ODD = replace(
 @pytest.mark.parametrize("settings", [*PRESETS.values(), preset("paper+bilevel-low"), ODD])
 def test_the_command_parses_back_to_the_same_settings(settings):
     cleaning = asdict(replace(ObservationSettings(), min_points=50))
-    reading = {"views": ["435", "455"], "scale": 0.001, "table_height": 0.013, "settings": cleaning}
+    reading = {"views": ["435", "455"], "scale": 0.001, "table_height": 0.013, "cleaning": cleaning}
     meta = {"settings": asdict(settings), "source": "a b.npz", "object": "egg", "hand": "allegro_right", "seed": 3}
     meta |= {"starts": 9, "timeout": 5.0, "reading": reading}
     found = parsed(again.command(meta, Path("results/egg")))
     assert found.settings == settings
-    assert (found.file, found.views, found.scale, found.table_height) == (Path("a b.npz"), ("435", "455"), 0.001, 0.013)
+    assert found.file == Path("a b.npz")
     assert (found.hand, found.starts, found.seed, found.timeout, found.out) == ("allegro_right", 9, 3, 5.0, None)
-    assert found.cleaning == replace(ObservationSettings(), min_points=50)
+    cleaning = replace(ObservationSettings(), min_points=50)
+    assert found.reading == Reading(("435", "455"), 0.001, 0.013, cleaning=cleaning)
 
 
 def test_the_command_of_defaults_is_short(folder):

@@ -54,7 +54,7 @@ def made_in(tmp_path: Path) -> Grasps:
     np.savez(tmp_path / "box.npz", points=points, table_height=0.0, name="box")
     cloud = load(tmp_path / "box.npz")
     meta = {"hand": "allegro_left", "settings": asdict(ROBUST), "source": cloud.source, "object": "box", "seed": 0}
-    meta |= {"input_digest": cloud.digest, "reading": cloud.reading, "table_height": 0.0}
+    meta |= {"input_digest": cloud.digest, "reading": asdict(cloud.reading), "table_height": 0.0}
     empty = stack(ALLEGRO, [], meta)
     values = {f.name: getattr(empty, f.name) for f in fields(Grasps) if f.name not in (*PER_HAND, "meta")}
     values = {name: np.zeros((1, *value.shape[1:]), value.dtype) for name, value in values.items()}

@@ -3,12 +3,12 @@
 import os
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import tyro
 from rich.console import Console
 
-from sgnlp.base.checked import POSITIVE, Interval
+from sgnlp.base.checked import POSITIVE
 from sgnlp.base.errors import InputError
 from sgnlp.cli.flags import Starting, made
 from sgnlp.cli.interrupts import check
@@ -25,17 +25,15 @@ PROBLEMS = Path("problems")  # where the clouds are if none is named
 class Benchmark(Starting):
     """Measure fit, build, oracle, solves, memory, ratios and growth over some clouds, and write table and raw rows."""
 
-    valid: ClassVar[dict[str, Interval]] = Starting.valid | {"repeats": POSITIVE, "objects": POSITIVE}
-
     files: tyro.conf.Positional[tuple[Path, ...]] = ()
     """the clouds; problems/*_0.npz if none is named"""
     sections: tuple[Section, ...] = get_args(Section)
     """what to measure; everything takes half an hour or more"""
-    repeats: int = 5
+    repeats: Annotated[int, POSITIVE] = 5
     """values of each measurement"""
-    objects: int = 1000
+    objects: Annotated[int, POSITIVE] = 1000
     """objects of the section many, made of the clouds by turning and scaling them"""
-    jobs: int = 2
+    jobs: Annotated[int, POSITIVE] = 2
     """worker processes where there is more than one"""
     out: Path = field(default_factory=lambda: Path("results") / "benchmark")
     """folder of the results"""

@@ -4,16 +4,16 @@ import json
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Annotated, Any
 
 import tyro
 from rich.console import Console
 
-from sgnlp.base.checked import POSITIVE, Interval
+from sgnlp.base.checked import POSITIVE, Positive
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Formulation
 from sgnlp.cli import codes, compiling, lacks
-from sgnlp.cli.flags import PARQUET, ROWS, Starting
+from sgnlp.cli.flags import PARQUET, ROWS
 from sgnlp.cli.progress import bars
 from sgnlp.experiments.cli.collecting import MADE, Collecting
 from sgnlp.experiments.compare import carried, page
@@ -41,19 +41,17 @@ class Compare(Collecting):
     It needs pandas: pip install 'sgnlp[experiments]'.
     """
 
-    valid: ClassVar[dict[str, Interval]] = Starting.valid | {"time_limit": POSITIVE, "repeats": POSITIVE}
-
     files: tyro.conf.Positional[tuple[Path, ...]] = ()
     """the clouds"""
     solvers: tuple[str, ...] = ()
     """names of `sgnlp solvers`, or `all`; all but those known to fail here if none is named"""
     formulations: tuple[Formulation, ...] = ("penalty", "constrained")
     """what is solved"""
-    starts: int = 3
+    starts: Annotated[int, POSITIVE] = 3
     """initial guesses for a cloud, the same for every solver; more of them later are added"""
-    time_limit: float = 3.0
+    time_limit: Positive = 3.0
     """processor time of a solve at most [s]; what takes longer has failed"""
-    repeats: int = 2
+    repeats: Annotated[int, POSITIVE] = 2
     """solves of each start in one process, the first of them cold; a failure is not repeated"""
     tolerances: tuple[float, ...] = (1e-3, 1e-6)
     """residuals of the problem as posed to be reached, each by a run that asks for a tenth of it"""

@@ -11,6 +11,7 @@ from sgnlp.base.errors import InputError
 from sgnlp.cli import codes
 from sgnlp.cli.flags import ROWS, Observing, made
 from sgnlp.experiments.testset import Entry, export
+from sgnlp.perception.observation import load
 from sgnlp.planning import results
 from sgnlp.planning.problem import build_problem
 from sgnlp.planning.starts import starts
@@ -47,7 +48,7 @@ class Export(Observing):
         results.writable(self.out)
         rows, inputs = [], {}
         for file in self.files:
-            observation = self.observation(file)
+            observation = load(file, self.reading)
             problem = build_problem(observation, self.hand, self.settings, self.seed)
             program = export(observation.name, problem, starts(problem, self.starts, self.seed), self.start, self.seed)
             if not self.catalogue:

@@ -2,15 +2,15 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 from rich.console import Console
 
-from sgnlp.base.checked import POSITIVE, Interval
+from sgnlp.base.checked import Positive
 from sgnlp.base.errors import InputError
 from sgnlp.cli import codes, lacks
-from sgnlp.cli.flags import ROWS, Starting
+from sgnlp.cli.flags import ROWS
 from sgnlp.cli.progress import bars
 from sgnlp.experiments import studies
 from sgnlp.experiments.cli import failures
@@ -38,14 +38,12 @@ class Study(Collecting):
     It needs pandas: pip install 'sgnlp[experiments]'.
     """
 
-    valid: ClassVar[dict[str, Interval]] = Starting.valid | {"timeout": POSITIVE}
-
     name: Annotated[tyro.conf.Positional[Name], tyro.conf.arg(help=QUESTIONS)]
     files: tyro.conf.Positional[tuple[Path, ...]] = ()
     """the clouds, where the study is made on clouds"""
     half: Literal["tuning", "held_out"] | None = None
     """only the clouds of this half of a problem set"""
-    timeout: float = 300.0
+    timeout: Positive = 300.0
     """wall-clock limit of a start with all that it is compared with [s]"""
     pictures: bool = False
     """look at the failed trials again, with pictures and reasons in failures.md, where the study has trials"""

@@ -1,12 +1,12 @@
 """Simulated depth cameras around a table: what a stereo depth camera measures of a body, with its errors."""
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
+from sgnlp.base.checked import Checked, NotNegative, Positive
 from sgnlp.perception.synthetic.meshes import FloatArray, Mesh
 
 BoolArray = NDArray[np.bool_]
@@ -23,38 +23,29 @@ class DepthCamera(Checked):
     """
 
     section: ClassVar[str] = "camera"
-    valid: ClassVar[dict[str, Interval]] = {
-        **dict.fromkeys(("width", "height", "dropout_block"), (1, 4096)),
-        "field_of_view_deg": (1.0, 170.0),
-        "max_incidence_deg": (1.0, 89.9),
-        **dict.fromkeys(("baseline", "depth_unit"), POSITIVE),
-        **dict.fromkeys(("subpixel_error", "flying_jump", "flying_reach"), NOT_NEGATIVE),
-        **dict.fromkeys(("dropout_share", "flying_share"), (0.0, 1.0)),
-    }
-
-    width: int = 640
+    width: Annotated[int, (1, 4096)] = 640
     """[px]"""
-    height: int = 480
+    height: Annotated[int, (1, 4096)] = 480
     """[px]"""
-    field_of_view_deg: float = 50.0
+    field_of_view_deg: Annotated[float, (1.0, 170.0)] = 50.0
     """horizontal"""
-    baseline: float = 0.055
+    baseline: Positive = 0.055
     """[m] between the two imagers"""
-    subpixel_error: float = 0.08
+    subpixel_error: NotNegative = 0.08
     """[px] deviation of the disparity, on a surface facing the camera"""
-    depth_unit: float = 1e-4
+    depth_unit: Positive = 1e-4
     """[m] depths are whole multiples of it"""
-    max_incidence_deg: float = 80.0
+    max_incidence_deg: Annotated[float, (1.0, 89.9)] = 80.0
     """surfaces seen at a more grazing angle return nothing"""
-    dropout_share: float = 0.03
+    dropout_share: Annotated[float, (0.0, 1.0)] = 0.03
     """of square blocks of pixels that return nothing"""
-    dropout_block: int = 8
+    dropout_block: Annotated[int, (1, 4096)] = 8
     """[px] side of such a block"""
-    flying_jump: float = 0.01
+    flying_jump: NotNegative = 0.01
     """[m] neighbouring pixels whose depths differ by more are at an edge"""
-    flying_share: float = 0.2
+    flying_share: Annotated[float, (0.0, 1.0)] = 0.2
     """of the body's pixels at an edge that measure a depth between the two sides"""
-    flying_reach: float = 0.03
+    flying_reach: NotNegative = 0.03
     """[m] but no farther behind the body than this"""
 
     @property

@@ -2,7 +2,7 @@
 
 import numpy as np
 from scipy.sparse import coo_array
-from scipy.sparse.csgraph import breadth_first_order, connected_components
+from scipy.sparse.csgraph import connected_components
 
 from sgnlp.perception.synthetic.meshes import Mesh
 
@@ -49,7 +49,7 @@ def _parity(face: list[int]) -> int:
 
 
 def _turned_alike(mesh: Mesh) -> Mesh:
-    """Neighbours turning alike, most of each part as they were: signs handed on across edges of two faces."""
+    """Faces turned over where they turn against their neighbours; most faces of each part stay as they were."""
     starts, ends = mesh.faces.ravel(), np.roll(mesh.faces, -1, axis=1).ravel()
     edge = np.minimum(starts, ends) * len(mesh.vertices) + np.maximum(starts, ends)
     order = np.argsort(edge, kind="stable")
@@ -57,16 +57,10 @@ def _turned_alike(mesh: Mesh) -> Mesh:
     one, other = order[begin[count == 2]], order[begin[count == 2] + 1]  # sides of two faces on one edge
     against = (starts < ends)[one] == (starts < ends)[other]
     a, b, size = one // 3, other // 3, len(mesh.faces)
-    differs = dict(zip([*zip(a.tolist(), b.tolist(), strict=True)], against.tolist(), strict=True))
-    graph = coo_array((np.ones(len(a)), (a, b)), (size, size)).tocsr()
-    parts, part = connected_components(graph, directed=False)
-    over = np.zeros(size, bool)
-    for number in range(parts):
-        members = np.flatnonzero(part == number)
-        walk, before = breadth_first_order(graph, members[0], directed=False)
-        for face in walk[1:].tolist():
-            last = int(before[face])
-            over[face] = over[last] ^ (differs[last, face] if (last, face) in differs else differs[face, last])
-        if over[members].mean() > 0.5:
-            over[members] = ~over[members]
+    # Each face is two nodes, as it is and turned over; edges join those that turn alike.
+    ends_of_edges = np.r_[a, a + size], np.r_[b + size * against, b + size * ~against]
+    graph = coo_array((np.ones(2 * len(a)), ends_of_edges), (2 * size, 2 * size))
+    as_is, turned = connected_components(graph, directed=False)[1].reshape(2, size)
+    over, part = as_is > turned, np.minimum(as_is, turned)
+    over ^= (np.bincount(part, over) > 0.5 * np.bincount(part))[part]
     return Mesh(mesh.vertices, np.where(over[:, None], mesh.faces[:, ::-1], mesh.faces))

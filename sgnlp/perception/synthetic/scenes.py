@@ -1,12 +1,12 @@
 """A body on a table seen by simulated depth cameras: the arrays of a problem file, made from a mesh."""
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked, Interval
+from sgnlp.base.checked import POSITIVE, Checked, NotNegative, Positive
 from sgnlp.base.errors import InputError
 from sgnlp.perception import clouds
 from sgnlp.perception.synthetic.cameras import DepthCamera, miscalibrated, view
@@ -34,32 +34,25 @@ class Ring(Checked):
     """How the cameras stand around the table, evenly spaced, and what becomes of their clouds."""
 
     section: ClassVar[str] = "ring"
-    valid: ClassVar[dict[str, Interval]] = {
-        **dict.fromkeys(("distance_min", "distance_max"), POSITIVE),
-        **dict.fromkeys(("elevation_min_deg", "elevation_max_deg"), (1.0, 89.0)),
-        **dict.fromkeys(("shift_min", "shift_max", "turn_deg", "crop"), NOT_NEGATIVE),
-        "points": (1, POSITIVE[1]),
-    }
-
-    distance_min: float = 0.5
+    distance_min: Positive = 0.5
     """[m] from the middle of the body; each camera's distance is drawn from here"""
-    distance_max: float = 0.6
+    distance_max: Positive = 0.6
     """[m] to here"""
-    elevation_min_deg: float = 40.0
+    elevation_min_deg: Annotated[float, (1.0, 89.0)] = 40.0
     """above the horizon, drawn likewise"""
-    elevation_max_deg: float = 50.0
+    elevation_max_deg: Annotated[float, (1.0, 89.0)] = 50.0
     """its upper end"""
     azimuth_deg: float = -10.0
     """of the first camera, from the x axis"""
-    shift_min: float = 0.001
+    shift_min: NotNegative = 0.001
     """[m] the calibration of each camera is off by at least this; between two, the errors add up"""
-    shift_max: float = 0.002
+    shift_max: NotNegative = 0.002
     """[m] and at most this"""
-    turn_deg: float = 0.2
+    turn_deg: NotNegative = 0.2
     """and turned by this"""
-    crop: float = 0.003
+    crop: NotNegative = 0.003
     """[m] measured points lower than this go with the table"""
-    points: int = 4000
+    points: Annotated[int, (1, POSITIVE[1])] = 4000
     """most points of a view, drawn at random"""
 
     def __post_init__(self) -> None:

@@ -75,11 +75,6 @@ def _model(mujoco: Any, mesh: Mesh, drop: Drop) -> Any:
         "solref": [drop.stiffness, 1.0],
         "condim": 6,  # sliding, torsion and rolling
     }
-    touch = {
-        "friction": [drop.friction, drop.torsion, drop.rolling],
-        "solref": [drop.stiffness, 1.0],
-        "condim": 6,  # sliding, torsion and rolling
-    }
     shape = mujoco.mjtGeom
     spec.worldbody.add_geom(type=shape.mjGEOM_PLANE, size=[1, 1, 0.1], **touch)
     asset = spec.add_mesh(name="solid", uservert=mesh.vertices.ravel(), userface=mesh.faces.ravel())

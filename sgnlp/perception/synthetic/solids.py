@@ -14,7 +14,7 @@ TOUCH = 1e-4
 OVERLAP = 1e-6
 """Share of the bodies' volume that they must have in common at least to be united: beyond rounding."""
 SHOWN = 3
-"""Bodies whose sizes are told."""
+"""How many bodies are listed with their sizes."""
 WORDS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six"}
 FLATNESS, WIDTH = 0.1, 2.0
 """A body below all others that is thinner than this share of its width, and so many times as wide as they are together,

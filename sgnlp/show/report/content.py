@@ -1,4 +1,4 @@
-"""What a report says, for any page that it is put on: sections of sentences, tables and pictures."""
+"""The content of a report, for any kind of page: sections of sentences, tables and pictures."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from sgnlp.show.plots import Panel
 from sgnlp.show.report import figures
 from sgnlp.show.scene import scene
 from sgnlp.show.scene_parts import Scene
-from sgnlp.show.sheets import Sheet, energy, fingers, joints, wrist
+from sgnlp.show.sheets import Sheet, energy, fingers, joints, simulated, wrist
 
 SHOWN = 3
 """Grasps that have a picture, best first; what is the same as a better one is passed over."""
@@ -52,7 +52,7 @@ class Section:
 
 
 @dataclass(frozen=True)
-class Dossier:
+class Report:
     """A whole report."""
 
     title: str
@@ -60,13 +60,13 @@ class Dossier:
     sections: tuple[Section, ...]
 
 
-def dossier(
+def report(
     result: Reopened,
     summary: Mapping[str, Any],
     courses: Mapping[str, NDArray[Any]],
     command: str,
-    simulated: Section | None = None,
-) -> Dossier:
+    simulation: Section | None = None,
+) -> Report:
     """The report of a result of at least one grasp.
 
     Args:
@@ -74,12 +74,12 @@ def dossier(
         summary: of the same plan, as `summary.json` has it.
         courses: how its starts went, as `courses.npz` has it; empty if that is not known.
         command: that makes the result again.
-        simulated: what a simulation of it gave.
+        simulation: what a simulation of it gave.
 
     Raises:
         InputError: Matplotlib or scikit-image is not installed.
     """
-    said = [*remarks(result), *cautions(result)] or ["None: nothing that is looked at gives a reason for one."]
+    said = [*remarks(result), *cautions(result)] or ["None: all checks passed."]
     sections = [
         Section("Cautions", tuple(said)),
         best(result),
@@ -88,11 +88,11 @@ def dossier(
         numbers(result, summary),
         *([paths(result)] if result.problem is not None else []),
         *([convergence(courses)] if courses else []),
-        *([simulated] if simulated else []),
+        *([simulation] if simulation else []),
         assumptions(result, summary),
         again(summary, command),
     ]
-    return Dossier(f"Grasps of {summary['object']}", lead(summary), tuple(sections))
+    return Report(f"Grasps of {summary['object']}", lead(summary), tuple(sections))
 
 
 def lead(summary: Mapping[str, Any]) -> str:
@@ -178,16 +178,14 @@ def numbers(result: Reopened, summary: Mapping[str, Any]) -> Section:
     said = "Recomputed from the solver's variables, without any smoothing."
     found = summary["best"]
     if found is None:
-        return Section("Energy of the least bad", (said,), sheets=(energy(result.grasps, 0, result.problem),))
-    terms = [("term", "value", "weight", "share")]
-    for name, term in found["energy_terms"].items():
-        terms.append((name, f"{term['value']:.4g}", f"{term['weight']:g}", f"{term['share']:.2f}"))
-    terms.append(("total", "", "", f"{found['energy']:.2f}"))
+        known = None if result.problem is None else result.problem.weights()
+        return Section("Energy of the least bad", (said,), sheets=(energy(result.grasps, 0, known),))
+    weights = [term["weight"] for term in found["energy_terms"].values()]
     checks = [("constraint", "worst value", "demanded", "passed")]
     for name, check in found["checks"].items():
         value = f"{check['value']:.3g} {check['unit']}".strip()
         checks.append((check["row"] or name, value, check["demand"], "yes" if check["passed"] else "no"))
-    both = (Sheet("Energy, term by term", tuple(terms)), Sheet("Margins and checks", tuple(checks)))
+    both = (energy(result.grasps, 0, weights), Sheet("Margins and checks", tuple(checks)))
     return Section("Energy and checks of the best", (said,), sheets=both)
 
 
@@ -224,6 +222,17 @@ def _plotted(name: str, caption: str, panels: list[Panel], columns: list[list[Pa
     return Figure(name, caption, plots.draw(panels, caption, columns=len(columns)), cells, PANEL_WIDTH)
 
 
+def simulation(found: Mapping[str, Any], pictures: Mapping[str, bytes]) -> Section:
+    """The outcomes of `simulation.json`, and the pictures beside it as PNG by phase."""
+    load = f"{found['settings']['mass']:g} kg, friction {found['settings']['friction']:g}"
+    said = f"Carried out in MuJoCo on the true object of {found['object']}, {load}."
+    shown = tuple(
+        Figure(f"simulation-{phase}", f"Grasp 0, end of {phase}.", {"png": png}) for phase, png in pictures.items()
+    )
+    note = "Moved is the object's motion before the last pad touched."
+    return Section("Simulation", (said, note), sheets=(simulated(found["grasps"]),), figures=shown)
+
+
 def assumptions(result: Reopened, summary: Mapping[str, Any]) -> Section:
     """What was taken for granted about the input."""
     contact, cloud = summary["settings"]["contact"], result.cloud
@@ -240,7 +249,7 @@ def assumptions(result: Reopened, summary: Mapping[str, Any]) -> Section:
 
 
 def again(summary: Mapping[str, Any], command: str) -> Section:
-    """The command with all that the result depends on beside it."""
+    """The command that makes the result again, and all that the result depends on."""
     rows = [("", ""), *((name, str(version)) for name, version in summary["versions"].items())]
     rows += [(name, str(summary[name])) for name in ("kinematics", "surface", "seed", "input_digest")]
     rows += [(name, str(value)) for name, value in summary["machine"].items()]

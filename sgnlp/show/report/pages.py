@@ -1,10 +1,11 @@
-"""A report on its pages: one HTML file that opens offline, or Markdown with its pictures in a folder beside it."""
+"""The pages of a report: one HTML file that opens offline, and Markdown with a folder of pictures."""
 
 import base64
 from collections.abc import Mapping
 from html import escape
 
-from sgnlp.show.report.content import Dossier, Figure, Section
+from sgnlp.show import sheets
+from sgnlp.show.report.content import Figure, Report, Section
 from sgnlp.show.sheets import Sheet
 
 PICTURES = "report"
@@ -12,9 +13,9 @@ PICTURES = "report"
 TYPES = {"svg": "image/svg+xml", "png": "image/png"}
 """Media types, the sharper first."""
 VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
-"""A phone shows the page as wide as itself, not a wide one made small."""
+"""With this a phone uses its own width and does not shrink a wide page."""
 GROWN = 1.4
-"""How much wider than its least width a cell of a figure gets, at most: letters stay of about one size."""
+"""Largest width of a cell of a figure over its least width: letters keep about one size."""
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 68rem; margin: 2rem auto; padding: 0 1rem;
   overflow-wrap: break-word }
@@ -31,7 +32,7 @@ pre { background: #f2f2f2; padding: .8rem; white-space: pre-wrap; overflow-wrap:
 """
 
 
-def html(report: Dossier) -> str:
+def html(report: Report) -> str:
     """The whole page: no script, nothing that is loaded from elsewhere."""
     body = "\n".join(_html_section(section) for section in report.sections)
     title = escape(report.title)
@@ -81,7 +82,7 @@ def _html_image(name: str, files: Mapping[str, bytes], style: str) -> str:
     return f'<img{style} alt="{escape(name)}" src="data:{TYPES[suffix]};base64,{data}">'
 
 
-def markdown(report: Dossier) -> tuple[str, dict[str, bytes]]:
+def markdown(report: Report) -> tuple[str, dict[str, bytes]]:
     """The text, and the pictures that it shows by their paths beside it."""
     parts = [f"# {report.title}", report.lead]
     files: dict[str, bytes] = {}
@@ -92,13 +93,8 @@ def markdown(report: Dossier) -> tuple[str, dict[str, bytes]]:
         parts += [f"```bash\n{section.code}\n```"] if section.code else []
         for sheet in section.sheets:
             parts += [f"### {sheet.title}"] if sheet.title else []
-            parts.append(_markdown_table(sheet))
+            parts.append(sheets.markdown(sheet.rows))
         for figure in section.figures:
             files |= {f"{PICTURES}/{figure.name}.{suffix}": content for suffix, content in figure.files.items()}
             parts += [f"![{figure.name}]({PICTURES}/{figure.name}.png)", figure.caption]
     return "\n\n".join(parts) + "\n", files
-
-
-def _markdown_table(sheet: Sheet) -> str:
-    rows = [sheet.rows[0], ("---",) * len(sheet.rows[0]), *sheet.rows[1:]]
-    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows)
