@@ -1,6 +1,5 @@
 """The reference pages that are made from the code: settings from their docstrings, commands from their parsers."""
 
-import ast
 import inspect
 import io
 import os
@@ -16,6 +15,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 from unittest.mock import patch
 
 import griffe
+import rooms
 
 from sgnlp import preset
 from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked
@@ -125,38 +125,36 @@ def record(name: str) -> str:
     return table(["field", ""], rows) if any(said for _, said in rows) else ", ".join(field for field, _ in rows) + "."
 
 
-def stages() -> str:
-    """The stages of the package's modules in the order in which imports point, from the test that holds it."""
-    tree = ast.parse((ROOT / "tests" / "test_architecture.py").read_text(encoding="utf-8"))
-    assigned = {ast.unparse(node.targets[0]): node.value for node in tree.body if isinstance(node, ast.Assign)}
-    rows = [[str(i), _modules(stage)] for i, stage in enumerate(ast.literal_eval(assigned["STAGES"]), 1)]
-    return table(["stage", "modules, each with what it says of itself"], rows)
-
-
-def _modules(stage: str) -> str:
-    return "<br>".join(f"`{name}`: {_about(name)}" for name in stage.split())
-
-
-def _about(name: str) -> str:
-    """The first line of a module's docstring."""
-    text = inspect.getdoc(import_module(f"sgnlp.{name}")) if name != "__main__" else "`python -m sgnlp`."
-    return (text or "").split("\n\n")[0].replace("\n", " ")
-
-
-MARKER = re.compile(r"<!-- (?P<maker>fields|stages|table)(?:: (?P<name>[\w./]+))? -->")
+MARKER = re.compile(r"<!-- (?P<maker>fields|rooms|table)(?:: (?P<name>[\w./-]+)(?: \| (?P<title>[^\n]+))?)? -->")
+"""A comment that stands for what is made: `table: FILE | the beginning of the title that the table stands below`."""
 
 
 def filled(markdown: str) -> str:
     """A page with its markers replaced by what they stand for."""
-    makers: dict[str, Callable[[str], str]] = {"fields": record, "stages": lambda _: stages(), "table": copied}
-    return MARKER.sub(lambda marker: makers[marker["maker"]](marker["name"]), markdown)
+    makers: dict[str, Callable[[re.Match[str]], str]] = {
+        "fields": lambda marker: record(marker["name"]),
+        "rooms": lambda _: rooms.drawn() + "\n\n" + rooms.described(),
+        "table": lambda marker: copied(marker["name"], marker["title"] or ""),
+    }
+    return MARKER.sub(lambda marker: makers[marker["maker"]](marker), markdown)
 
 
-def copied(file: str) -> str:
-    """The first table of a Markdown file of the project."""
-    lines = iter((ROOT / file).read_text(encoding="utf-8").splitlines())
-    rest = dropwhile(lambda line: not line.startswith("|"), lines)
-    return "\n".join(takewhile(lambda line: line.startswith("|"), rest))
+def copied(file: str, title: str = "") -> str:
+    """The first table of a Markdown file of the project, or the first below a title that begins so.
+
+    Raises:
+        ValueError: there is no such table; the build ends.
+    """
+    lines = (ROOT / file).read_text(encoding="utf-8").splitlines()
+    below = dropwhile(lambda line: bool(title) and not line.startswith(f"## {title}"), lines)
+    found = list(takewhile(_in_table, dropwhile(lambda line: not _in_table(line), below)))
+    if not found:
+        raise ValueError(f"{file} has no table '{title}'")
+    return "\n".join(found)
+
+
+def _in_table(line: str) -> bool:
+    return line.startswith("|")
 
 
 def commands() -> str:
