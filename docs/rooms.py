@@ -44,8 +44,8 @@ def _imported(path: Path) -> set[str]:
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            inner = {f"{node.module}.{alias.name}" for alias in node.names}
-            found |= {name for name in inner if _is_module(name)} or {str(node.module)}
+            inner = [f"{node.module}.{alias.name}" for alias in node.names]
+            found |= {name if _is_module(name) else str(node.module) for name in inner}
     return {name for name in found if name.startswith("sgnlp.")}
 
 
