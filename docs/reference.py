@@ -34,6 +34,10 @@ OTHERS = {
     "What a simulated camera measures": DepthCamera(),
 }
 ROOT = Path(__file__).parents[1]
+BAR = re.compile(r"(?<!\\)\|")
+"""What divides the cells of a Markdown table."""
+INTERVAL = re.compile(r"^[\d.]+ \([\d.]+(?:-[\d.]+)?\)$")
+"""A number and what belongs to it, 94 (83-98), in a line of its own cell."""
 GROUP = re.compile(r" \w+ options\n")
 """The title of the flags of one group of settings."""
 
@@ -113,7 +117,7 @@ def _meaning(kind: type, name: str) -> str:
 
 def table(head: list[str], rows: list[list[str]]) -> str:
     """A Markdown table; bars in its cells do not end them."""
-    lines = [head, ["---"] * len(head), *([cell.replace("|", r"\|") for cell in row] for row in rows)]
+    lines = [head, ["---"] * len(head), *([BAR.sub(r"\\|", cell) for cell in row] for row in rows)]
     return "\n".join("| " + " | ".join(cells) + " |" for cells in lines)
 
 
@@ -142,6 +146,8 @@ def filled(markdown: str) -> str:
 def copied(file: str, title: str = "") -> str:
     """The first table of a Markdown file of the project, or the first below a title that begins so.
 
+    Columns that say nothing in any row are left out.
+
     Raises:
         ValueError: there is no such table; the build ends.
     """
@@ -150,7 +156,11 @@ def copied(file: str, title: str = "") -> str:
     found = list(takewhile(_in_table, dropwhile(lambda line: not _in_table(line), below)))
     if not found:
         raise ValueError(f"{file} has no table '{title}'")
-    return "\n".join(found)
+    columns = list(zip(*([cell.strip() for cell in BAR.split(line)[1:-1]] for line in found), strict=True))
+    head, _, *rows = zip(*(column for column in columns if {*column[2:]} - {"", "-"}), strict=True)
+    return table(
+        list(head), [[INTERVAL.sub(r'<span class="whole">\g<0></span>', cell) for cell in row] for row in rows]
+    )
 
 
 def _in_table(line: str) -> bool:

@@ -125,7 +125,9 @@ def test_a_table_is_copied_by_the_title_above_it(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT / "docs"))
     reference = importlib.import_module("reference")
     monkeypatch.setattr(reference, "ROOT", tmp_path)
-    text = "## One, of two\n\n| a |\n| --- |\n| 1 |\n\n## Two\n\nWords.\n\n| b |\n| --- |\n| 2 |\n\nMore.\n"
+    text = (
+        "## One, of two\n\n| a |\n| --- |\n| 1 |\n\n## Two\n\nWords.\n\n| b | c |\n| --- | --- |\n| 2 | - |\n\nMore.\n"
+    )
     (tmp_path / "t.md").write_text(text, encoding="utf-8")
     assert reference.filled("<!-- table: t.md -->") == "| a |\n| --- |\n| 1 |"
     assert reference.filled("x\n<!-- table: t.md | Two -->\ny") == "x\n| b |\n| --- |\n| 2 |\ny"
