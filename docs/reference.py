@@ -34,6 +34,15 @@ OTHERS = {
     "What a simulated camera measures": DepthCamera(),
 }
 ROOT = Path(__file__).parents[1]
+EXIT_CODES = {
+    0: "a feasible grasp was found, or the command did what it was asked",
+    1: "no start ended in a feasible grasp",
+    2: "the flags are wrong",
+    3: "a file, a name or a value is wrong",
+    4: "the machine gave out: a full disk, or no more memory, processes or open files; no file is half-written",
+    130: "ended by Ctrl-C",
+    141: "whoever read the output has ended",
+}
 BAR = re.compile(r"(?<!\\)\|")
 """What divides the cells of a Markdown table."""
 INTERVAL = re.compile(r"^[\d.]+ \([\d.]+(?:-[\d.]+)?\)$")
@@ -49,8 +58,8 @@ def settings() -> str:
         "# Settings",
         "Every setting of a plan is a flag of the commands that plan (`sgnlp solve --gpis.kernel matern52`) and a "
         'field in Python (`sgnlp.preset("robust").gpis.kernel`). A value that is not valid is refused in one line that '
-        "names the flag and what is valid. Presets and their variants: [the command line](commands.md). This page is "
-        "made from the docstrings of the settings when it is built; bold is what differs from the first column.",
+        "names the flag and what is valid. [Presets](../howto/variations.md#presets) set many at once. Bold is what "
+        "differs from the first column. This page is made from the docstrings of the settings when it is built.",
         *_sections("Plan", chosen),
     ]
     for title, instance in OTHERS.items():
@@ -171,11 +180,9 @@ def commands() -> str:
     """The page of all commands: what each prints for --help, without the settings of the other page."""
     text = [
         "# Command line",
-        "Exit codes: 0 a feasible grasp was found, or the command did what it was asked; 1 no start ended in a "
-        "feasible grasp; 2 the flags are wrong; 3 a file, name or value is wrong; 4 the machine "
-        "gives out (a full disk, no more memory, processes or open files), and nothing is left half-written; 130 ended "
-        "by Ctrl-C; 141 whoever read the output has ended. This page is made from the parsers when it is "
-        "built; the flags of [settings](settings.md) are left out here.",
+        "This page is made from the parsers when it is built. The flags of [settings](settings.md) are left out here. "
+        "`sgnlp --tyro-print-completion bash` prints the completion for a shell.",
+        table(["exit code", "meaning"], [[str(code), meaning] for code, meaning in EXIT_CODES.items()]),
     ]
     for name in ("", *COMMANDS):
         text += [f"## sgnlp {name}", "```text\n" + help_text(*name.split()) + "```"]
