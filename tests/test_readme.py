@@ -13,6 +13,7 @@ import pytest
 from plans import small_plan
 
 from sgnlp.experiments.benchmarks.measure import Row
+from sgnlp.experiments.frames import Frame, frame
 from sgnlp.experiments.studies import calibration, convergence, pose, triangles
 from sgnlp.planning import results
 from sgnlp.planning.summary import arrays, summary
@@ -46,6 +47,10 @@ def rows(folder: str) -> list[dict[str, str]]:
 
 def records(folder: str, kind: type) -> list:
     return results.read_rows(ROOT / "results" / folder / "rows.csv", kind)
+
+
+def framed(folder: str, kind: type) -> Frame:
+    return frame(records(folder, kind))
 
 
 def says(page: str, words: str) -> bool:
@@ -175,7 +180,7 @@ def test_what_fails_is_what_the_readme_says():
 
 
 def test_what_is_said_of_the_moving_object_is_so():
-    with_term, without = pose.means(records("pose", pose.STUDY.row))
+    with_term, without = pose.means(framed("pose", pose.STUDY.row))
     count = with_term["objects"].split()[0]
     assert says("grasping", f"On {count} problems it was planned to rise by {with_term['planned rise [mm]']} mm")
     assert says("grasping", f"and rose by {with_term['simulated rise [mm]']} mm")
@@ -190,7 +195,7 @@ def test_no_change_of_a_weight_loses_the_light_load():
 
 def test_what_is_said_of_first_order_steps_is_so():
     report = (ROOT / "results" / "solvers-starts" / "report.md").read_text(encoding="utf-8")
-    below = re.findall(r"ends below `(\w+)-1000` on (\d+) of the (\d+) starts.*?, on (\d+) \(", report)
+    below = re.findall(r"ends below `(\w+)-1000` on (\d+) of the (\d+) starts.*?rows met or not, on (\d+) \(", report)
     found = {name: counts for name, *counts in below}
     assert found["adamw"][0] == found["adamw"][1]
     assert found["rmsprop"][0] == found["rmsprop"][1]
@@ -221,7 +226,7 @@ def test_what_is_said_of_an_iteration_is_so():
 
 
 def test_what_is_said_of_the_intervals_as_set_is_so():
-    lines = calibration.coverage_table(records("calibration", calibration.Row))
+    lines = calibration.coverage_table(framed("calibration", calibration.Row))
     seen = [line for line in lines if line["kernel"] == "thin_plate"]
     on, off = ([line for line in seen if (line["side"], line["offset [mm]"]) == ("seen", o)] for o in ("0", "12"))
     assert {line["within 90 %"] for line in on} == {"100"}
@@ -236,13 +241,13 @@ def test_what_is_said_of_the_intervals_as_set_is_so():
 
 
 def test_the_table_of_convergence_ends_with_the_sum():
-    line = convergence.table(records("convergence", convergence.Row))[-1]
+    line = convergence.table(framed("convergence", convergence.Row))[-1]
     written = (ROOT / "results" / "convergence" / "table.md").read_text(encoding="utf-8")
     assert "| " + " | ".join(line.values()) + " |" in written
 
 
 def test_the_planar_limit_of_the_release_never_binds():
-    found = next(iter(triangles.tables(records("triangles", triangles.STUDY.row)).values()))
+    found = next(iter(triangles.tables(framed("triangles", triangles.STUDY.row)).values()))
     (line,) = (line for line in found if (line["limit on"], line["limit [N m]"]) == ("Jᵀf", "12"))
     assert line["compliant"] == line["direct"] == line["poses"]
     assert says("triangles", "the same limit never binds")
