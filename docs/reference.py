@@ -1,6 +1,5 @@
 """The reference pages that are made from the code: settings from their docstrings, commands from their parsers."""
 
-import ast
 import inspect
 import io
 import os
@@ -16,6 +15,7 @@ from typing import Any
 from unittest.mock import patch
 
 import griffe
+import rooms
 
 from sgnlp import preset
 from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked
@@ -35,6 +35,19 @@ OTHERS = {
     "What a simulated camera measures": DepthCamera(),
 }
 ROOT = Path(__file__).parents[1]
+EXIT_CODES = {
+    0: "a feasible grasp was found, or the command did what it was asked",
+    1: "no start ended in a feasible grasp",
+    2: "the flags are wrong",
+    3: "a file, a name or a value is wrong",
+    4: "the machine gave out: a full disk, or no more memory, processes or open files; no file is half-written",
+    130: "ended by Ctrl-C",
+    141: "whoever read the output has ended",
+}
+BAR = re.compile(r"(?<!\\)\|")
+"""What divides the cells of a Markdown table."""
+INTERVAL = re.compile(r"^[\d.]+ \([\d.]+(?:-[\d.]+)?\)$")
+"""A number and what belongs to it, 94 (83-98), in a line of its own cell."""
 GROUP = re.compile(r" \w+ options\n")
 """The title of the flags of one group of settings."""
 
@@ -46,8 +59,8 @@ def settings() -> str:
         "# Settings",
         "Every setting of a plan is a flag of the commands that plan (`sgnlp solve --gpis.kernel matern52`) and a "
         'field in Python (`sgnlp.preset("robust").gpis.kernel`). A value that is not valid is refused in one line that '
-        "names the flag and what is valid. Presets and their variants: [the command line](commands.md). This page is "
-        "made from the docstrings of the settings when it is built; bold is what differs from the first column.",
+        "names the flag and what is valid. [Presets](../howto/variations.md#presets) set many at once. Bold is what "
+        "differs from the first column. This page is made from the docstrings of the settings when it is built.",
         *_sections("Plan", chosen),
     ]
     for title, instance in OTHERS.items():
@@ -123,49 +136,50 @@ def record(name: str) -> str:
     )
 
 
-def stages() -> str:
-    """The stages of the package's modules in the order in which imports point, from the test that holds it."""
-    tree = ast.parse((ROOT / "tests" / "test_architecture.py").read_text(encoding="utf-8"))
-    assigned = {ast.unparse(node.targets[0]): node.value for node in tree.body if isinstance(node, ast.Assign)}
-    rows = [[str(i), _modules(stage)] for i, stage in enumerate(ast.literal_eval(assigned["STAGES"]), 1)]
-    return markdown([["stage", "modules, each with what it says of itself"], *rows])
-
-
-def _modules(stage: str) -> str:
-    return "<br>".join(f"`{name}`: {_about(name)}" for name in stage.split())
-
-
-def _about(name: str) -> str:
-    """The first line of a module's docstring."""
-    text = inspect.getdoc(import_module(f"sgnlp.{name}")) if name != "__main__" else "`python -m sgnlp`."
-    return (text or "").split("\n\n")[0].replace("\n", " ")
-
-
-MARKER = re.compile(r"<!-- (?P<maker>fields|stages|table)(?:: (?P<name>[\w./]+))? -->")
+MARKER = re.compile(r"<!-- (?P<maker>fields|rooms|table)(?:: (?P<name>[\w./-]+)(?: \| (?P<title>[^\n]+))?)? -->")
+"""A comment that stands for what is made: `table: FILE | the beginning of the title that the table stands below`."""
 
 
 def filled(page: str) -> str:
     """A page with its markers replaced by what they stand for."""
-    makers: dict[str, Callable[[str], str]] = {"fields": record, "stages": lambda _: stages(), "table": copied}
-    return MARKER.sub(lambda marker: makers[marker["maker"]](marker["name"]), page)
+    makers: dict[str, Callable[[re.Match[str]], str]] = {
+        "fields": lambda marker: record(marker["name"]),
+        "rooms": lambda _: rooms.drawn() + "\n\n" + rooms.described(),
+        "table": lambda marker: copied(marker["name"], marker["title"] or ""),
+    }
+    return MARKER.sub(lambda marker: makers[marker["maker"]](marker), page)
 
 
-def copied(file: str) -> str:
-    """The first table of a Markdown file of the project."""
-    lines = iter((ROOT / file).read_text(encoding="utf-8").splitlines())
-    rest = dropwhile(lambda line: not line.startswith("|"), lines)
-    return "\n".join(takewhile(lambda line: line.startswith("|"), rest))
+def copied(file: str, title: str = "") -> str:
+    """The first table of a Markdown file of the project, or the first below a title that begins so.
+
+    Columns that say nothing in any row are left out.
+
+    Raises:
+        ValueError: there is no such table; the build ends.
+    """
+    lines = (ROOT / file).read_text(encoding="utf-8").splitlines()
+    below = dropwhile(lambda line: bool(title) and not line.startswith(f"## {title}"), lines)
+    found = list(takewhile(_in_table, dropwhile(lambda line: not _in_table(line), below)))
+    if not found:
+        raise ValueError(f"{file} has no table '{title}'")
+    columns = list(zip(*([cell.strip() for cell in BAR.split(line)[1:-1]] for line in found), strict=True))
+    head, _, *rows = zip(*(column for column in columns if {*column[2:]} - {"", "-"}), strict=True)
+    whole = [[INTERVAL.sub(r'<span class="whole">\g<0></span>', cell) for cell in row] for row in rows]
+    return markdown([head, *whole])
+
+
+def _in_table(line: str) -> bool:
+    return line.startswith("|")
 
 
 def commands() -> str:
     """The page of all commands: what each prints for --help, without the settings of the other page."""
     text = [
         "# Command line",
-        "Exit codes: 0 a feasible grasp was found, or the command did what it was asked; 1 no start ended in a "
-        "feasible grasp; 2 the flags are wrong; 3 a file, name or value is wrong; 4 the machine "
-        "gives out (a full disk, no more memory, processes or open files), and nothing is left half-written; 130 ended "
-        "by Ctrl-C; 141 whoever read the output has ended. This page is made from the parsers when it is "
-        "built; the flags of [settings](settings.md) are left out here.",
+        "This page is made from the parsers when it is built. The flags of [settings](settings.md) are left out here. "
+        "`sgnlp --tyro-print-completion bash` prints the completion for a shell.",
+        table(["exit code", "meaning"], [[str(code), meaning] for code, meaning in EXIT_CODES.items()]),
     ]
     for name in ("", *COMMANDS):
         text += [f"## sgnlp {name}", "```text\n" + help_text(*name.split()) + "```"]

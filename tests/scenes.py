@@ -14,10 +14,10 @@ from sgnlp.perception.observation import Observation, observe
 from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.planning.recompute import recompute
 from sgnlp.planning.starts import Start, initial, starts
-from sgnlp.program.grasp import Grasp
 from sgnlp.program.compiled import program
 from sgnlp.program.constraints import preset_constraints
 from sgnlp.program.formulations import formulation
+from sgnlp.program.grasp import Grasp
 from sgnlp.program.nlp import FUNCTIONS, Nlp, frame, variable_units
 from sgnlp.program.oracle import Oracle, join
 from sgnlp.program.parameters import ParameterVector

@@ -1,5 +1,6 @@
 """The documentation: the site is built strictly, needs no network, and its reference is that of the code."""
 
+import importlib
 import os
 import re
 import shutil
@@ -112,7 +113,32 @@ def test_the_theory_names_every_term_and_constraint():
     assert not [constraint.name for constraint in CONSTRAINTS if f"`{constraint.name}`" not in program]
 
 
-@pytest.mark.parametrize("page", [ROOT / "README.md", *PAGES], ids=lambda page: page.stem)
+def test_the_picture_of_the_rooms_is_on_the_page_of_the_code(site):
+    page = (site / "reference" / "code.html").read_text(encoding="utf-8")
+    (picture,) = re.findall(r'<figure class="rooms"><svg.*?</svg></figure>', page, re.DOTALL)
+    for room in ("base", "perception", "program", "planning", "experiments"):
+        assert f">{room}</text>" in picture
+        assert f'id="{room}"' in page
+
+
+def test_a_table_is_copied_by_the_title_above_it(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    reference = importlib.import_module("reference")
+    monkeypatch.setattr(reference, "ROOT", tmp_path)
+    text = (
+        "## One, of two\n\n| a |\n| --- |\n| 1 |\n\n## Two\n\nWords.\n\n| b | c |\n| --- | --- |\n| 2 | - |\n\nMore.\n"
+    )
+    (tmp_path / "t.md").write_text(text, encoding="utf-8")
+    assert reference.filled("<!-- table: t.md -->") == "| a |\n| --- |\n| 1 |"
+    assert reference.filled("x\n<!-- table: t.md | Two -->\ny") == "x\n| b |\n| --- |\n| 2 |\ny"
+    with pytest.raises(ValueError, match="no table 'Three'"):
+        reference.filled("<!-- table: t.md | Three -->")
+
+
+WRITTEN = [*(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")), *PAGES]
+
+
+@pytest.mark.parametrize("page", WRITTEN, ids=lambda page: page.stem)
 def test_no_link_between_pages_is_broken(page):
     made = {"settings.md", "commands.md", "index.md", "can.jpg"}
     for target in LINK.findall(page.read_text(encoding="utf-8")):

@@ -14,7 +14,13 @@ COVERED = (
     *("program/equilibrium", "program/terms/spring", "program/terms/contact", "program/constraints"),
     *("surface/kernels", "surface/gpis", "surface/jets", "program/lifting"),
     *("hand/kinematics", "planning/kkt", "planning/starts", "planning/recompute", "program/formulations/elastic"),
-    *("program/formulations/lifted", "program/assembly", "program/constraint", "simulation/judge", "simulation/protocol"),
+    *(
+        "program/formulations/lifted",
+        "program/assembly",
+        "program/constraint",
+        "simulation/judge",
+        "simulation/protocol",
+    ),
     *("simulation/recorder", "simulation/controller", "simulation/command", "simulation/slip"),
     *("simulation/contacts", "simulation/articulation"),
 )

@@ -1,4 +1,4 @@
-"""The package as it is installed: what the wheel holds, the public names, the entry point, the README's example."""
+"""The package as it is installed: what the wheel holds, the public names, the entry point."""
 
 import configparser
 import importlib.metadata
@@ -118,13 +118,3 @@ def test_the_command_is_an_entry_point():
 def test_neither_the_package_nor_the_command_needs_open3d():
     done = python("import sys; sys.modules['open3d'] = None; import sgnlp, sgnlp.cli; sgnlp.load('problems/mug_0.npz')")
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
-
-
-def test_the_example_of_the_readme_is_short_and_runs():
-    (example,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
-    statements = [line for line in example.splitlines() if line]
-    assert len(statements) <= 12
-    done = python(example)
-    assert done.returncode == 0, done.stderr
-    assert done.stderr == ""
-    assert len(done.stdout.splitlines()) > 3

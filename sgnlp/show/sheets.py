@@ -1,5 +1,6 @@
 """Tables as texts, for any page or terminal: fingers, energy, wrist and joints of a grasp, and simulations."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -15,6 +16,10 @@ PRISMATIC = "JointModelP"
 """How Pinocchio's names of joints that slide begin; of these, limits and positions are in metres."""
 
 
+BAR = re.compile(r"(?<!\\)\|")
+"""A bar that nothing escapes."""
+
+
 @dataclass(frozen=True)
 class Sheet:
     """A table of texts, its first row the heads."""
@@ -26,7 +31,7 @@ class Sheet:
 def markdown(rows: Sequence[Sequence[str]]) -> str:
     """A Markdown table, its first row the heads; bars in its cells do not end them."""
     lines = [rows[0], ["---"] * len(rows[0]), *rows[1:]]
-    return "\n".join("| " + " | ".join(cell.replace("|", r"\|") for cell in line) + " |" for line in lines)
+    return "\n".join("| " + " | ".join(BAR.sub(r"\\|", cell) for cell in line) + " |" for line in lines)
 
 
 def fingers(grasps: Grasps, rank: int) -> Sheet:

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from processes import ALIVE
 from scenes import SMALL, ellipsoid, hand, oracle, posed
+from sgnlp.planning.ipopt import Planner
 
 import sgnlp
 from sgnlp.base.presets import ROBUST
@@ -27,7 +28,6 @@ from sgnlp.experiments.benchmarks.oracle import FUNCTIONS, call, rates, scene
 from sgnlp.experiments.benchmarks.oracle import rows as oracle_rows
 from sgnlp.experiments.cli.benchmark import Benchmark, Section
 from sgnlp.planning import results
-from sgnlp.planning.ipopt import Planner
 from sgnlp.planning.starts import starts
 from sgnlp.program.oracle import join
 
