@@ -179,7 +179,7 @@ def commands() -> str:
         "# Command line",
         "This page is made from the parsers when it is built. The flags of [settings](settings.md) are left out here. "
         "`sgnlp --tyro-print-completion bash` prints the completion for a shell.",
-        table(["exit code", "meaning"], [[str(code), meaning] for code, meaning in EXIT_CODES.items()]),
+        markdown([["exit code", "meaning"], *([str(code), meaning] for code, meaning in EXIT_CODES.items())]),
     ]
     for name in ("", *COMMANDS):
         text += [f"## sgnlp {name}", "```text\n" + help_text(*name.split()) + "```"]

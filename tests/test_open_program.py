@@ -115,9 +115,9 @@ def test_built_in_parts_are_looked_up_changed_and_left_out_by_name():
 
 
 def test_a_name_that_is_not_there_or_twice_and_bounds_that_are_crossed_are_refused():
-    with pytest.raises(sgnlp.InputError, match="unknown term 'uncertain'; valid: .*uncer"):
+    with pytest.raises(sgnlp.InputError, match=r"unknown term 'uncertain'; valid: .*uncer"):
         sgnlp.terms(SMALL)["uncertain"]
-    with pytest.raises(sgnlp.InputError, match="unknown constraint 'slip'; valid: .*shift"):
+    with pytest.raises(sgnlp.InputError, match=r"unknown constraint 'slip'; valid: .*shift"):
         problem(without_constraints=("slip",))
     with pytest.raises(sgnlp.InputError, match="two of the given terms are called 'reach'"):
         problem(terms=(Reach(1.0), Reach(2.0)))

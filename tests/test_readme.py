@@ -11,7 +11,6 @@ from statistics import mean
 
 import pytest
 from plans import small_plan
-from sgnlp.planning.summary import arrays, summary
 
 from sgnlp.experiments.benchmarks.measure import Row
 from sgnlp.experiments.frames import Frame, frame
@@ -87,7 +86,7 @@ def test_the_program_of_the_readme_runs(tmp_path):
 
 def test_the_lines_that_read_a_result_run(tmp_path, monkeypatch, capsys):
     plan = small_plan()
-    results.save(arrays(plan), summary(plan), tmp_path / "results" / "mug")
+    results.save(plan.arrays(), plan.summary(), tmp_path / "results" / "mug")
     monkeypatch.chdir(tmp_path)
     lines = blocks("python")[1]
     assert len(lines.splitlines()) <= 10

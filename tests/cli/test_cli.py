@@ -69,7 +69,7 @@ def tree(folder: Path = Path()) -> set[str]:
 def test_solve_from_a_shell_writes_the_result_and_shows_it(workplace):
     done = subprocess.run([*COMMAND, "solve", ORANGE, "--starts", "2"], capture_output=True, encoding="utf-8")
     assert (done.returncode, done.stderr) == (codes.FEASIBLE, "")
-    files = {f"results/orange_0/{name}" for name in ("grasps.npz", "summary.json", "courses.npz")}
+    files = {f"results/orange_0/{name}" for name in ("grasps.npz", "summary.json", "history.npz")}
     assert tree() == {"results", "results/orange_0"} | files
     grasps = load_grasps("results/orange_0")
     summary = json.loads(Path("results/orange_0/summary.json").read_text(encoding="utf-8"))
@@ -88,7 +88,7 @@ def test_json_is_all_that_is_printed_where_it_is_asked_for(cloud, capfd):
     assert err == ""
     assert out == Path("here/summary.json").read_text(encoding="utf-8")
     assert json.loads(out)["best"]["energy"] == load_grasps("here").energy[0]
-    assert tree(Path("here")) == {"here/grasps.npz", "here/summary.json", "here/courses.npz"}
+    assert tree(Path("here")) == {"here/grasps.npz", "here/summary.json", "here/history.npz"}
 
 
 def test_quiet_prints_nothing_and_a_few_invalid_points_are_dropped_and_counted(workplace, capfd):
