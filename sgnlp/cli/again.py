@@ -11,6 +11,7 @@ from sgnlp.base.presets import PRESETS, VARIANTS, preset
 from sgnlp.cli.flags import Observing
 from sgnlp.perception.observation import ObservationSettings
 from sgnlp.planning import reopen
+from sgnlp.planning.solvers import SOLVERS, settled
 
 FILE = "FILE"
 """In the place of the cloud, if it was planned from Python and no file is known."""
@@ -20,7 +21,7 @@ DEFAULTS = Observing()
 def command(meta: Mapping[str, Any], folder: Path) -> str:
     """`sgnlp solve` with the flags that are not at their defaults, the preset being the one that leaves fewest.
 
-    A hand that is none of `sgnlp hands` is named; its folder is for the reader to know.
+    A hand that is none of `sgnlp hands` is named; its folder is for the reader to know, and so is a solver of their own.
     """
     reading = meta.get("reading") or {}
     words = ["sgnlp", "solve", str(meta.get("source") or FILE)]
@@ -29,10 +30,13 @@ def command(meta: Mapping[str, Any], folder: Path) -> str:
     words += ["--pose", *map(repr, reading["pose"])] if reading.get("pose") else []
     for name in ("hand", "starts", "seed", "timeout"):
         words += changed("", {name: getattr(DEFAULTS, name)}, meta)
+    usual = settled(None, reopen.settings(dict(meta)).solver).name
+    solver = (meta.get("solver") or {}).get("name", usual)
+    words += ["--solver", solver] if solver != usual and solver in SOLVERS else []
     words += changed("cleaning.", asdict(ObservationSettings()), reading.get("settings") or {})
     words += _settings(dict(meta))
-    usual = Path("results") / str(meta["object"])
-    return shlex.join(words + (["--out", str(folder)] if folder != usual else []))
+    place = Path("results") / str(meta["object"])
+    return shlex.join(words + (["--out", str(folder)] if folder != place else []))
 
 
 def _settings(meta: dict[str, Any]) -> list[str]:

@@ -101,6 +101,7 @@ class Batch(Extending, Tabling, Observing):
             count=self.starts,
             seed=self.seed,
             timeout=self.timeout,
+            solver=self.solver,
             views=self.views,
             scale=self.scale,
             table_height=self.table_height,
@@ -120,7 +121,8 @@ class Batch(Extending, Tabling, Observing):
         """How the rows are made, and by which process; `study` is what they depend on beside the clouds."""
         flags = {key: value for key, value in asdict(self).items() if key != "files"}
         study = {
-            key: flags[key] for key in ("seed", "starts", "views", "scale", "table_height", "cleaning", "settings")
+            key: flags[key]
+            for key in ("seed", "starts", "solver", "views", "scale", "table_height", "cleaning", "settings")
         }
         process = {"process": os.getpid(), "host": platform.node()}
         plain = json.loads(json.dumps({"batch": flags, "study": {"hand": hand.name} | study}, default=str))

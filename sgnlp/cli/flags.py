@@ -17,6 +17,7 @@ from sgnlp.perception.observation import Observation, ObservationSettings, Up, l
 from sgnlp.planning import environment, results
 from sgnlp.planning.additions import NOTHING, Additions
 from sgnlp.planning.extension import Extension, extension
+from sgnlp.planning.solvers import solver_named
 
 Command = TypeVar("Command")
 ROWS, PARQUET = "rows.csv", "rows.parquet"
@@ -78,6 +79,8 @@ class Observing(Starting):
 
     valid: ClassVar[dict[str, Interval]] = Starting.valid | {"timeout": POSITIVE, "scale": POSITIVE}
 
+    solver: str | None = None
+    """a solver of `sgnlp solvers`; if not given, Ipopt, which plans best"""
     timeout: float = 60.0
     """wall-clock limit of a start [s]"""
     views: tuple[str, ...] = ()
@@ -94,6 +97,12 @@ class Observing(Starting):
     """pose of the cloud's frame in the world, such as its camera's: 16 numbers of a matrix in metres, row by row"""
     cleaning: ObservationSettings = field(default_factory=ObservationSettings)
     """how the cloud is cleaned"""
+
+    def __post_init__(self) -> None:
+        """Also that there is such a solver."""
+        super().__post_init__()
+        if self.solver is not None:
+            solver_named(self.solver)
 
     def observation(self, file: Path) -> Observation:
         """The cloud in a file, read as the flags say."""

@@ -1,6 +1,6 @@
 """Nonlinear programs of problems for whoever has only CasADi: functions, bounds, a start, the best known point."""
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +12,12 @@ from pinocchio.liegroups import SE3
 from sgnlp.experiments import load_nlp
 from sgnlp.hand.kinematics import integrate
 from sgnlp.planning import results
-from sgnlp.planning.ipopt import Iterate, Planner, schedule
+from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import Problem
-from sgnlp.planning.starts import Start, initial
-from sgnlp.planning.warm_start import handed_over
+from sgnlp.planning.solvers.solver import NlpInstance
+from sgnlp.planning.starts import Start
 from sgnlp.program.compiled import program
 from sgnlp.program.nlp import variable_units
-from sgnlp.program.oracle import Oracle
 from sgnlp.program.standalone import functions
 
 Array = NDArray[np.float64]
@@ -69,67 +68,41 @@ class Exported:
         results.write_text(folder / "load.py", Path(load_nlp.__file__).read_text(encoding="utf-8"))
 
 
-def export(name: str, problem: Problem, starts: list[Start], index: int, seed: int) -> Exported:
-    """The last program of the settings' formulation as `starts[index]` meets it, with the best of what all end in.
+def export(name: str, planner: Planner, starts: list[Start], index: int, seed: int) -> Exported:
+    """The last program of a planner as `starts[index]` meets it, with the best of what all end in.
 
     The variables are seen from that start's pose; what others end in counts where it is within its bounds.
     """
-    start, planner = starts[index], Planner(problem)
-    oracle = planner.phases[-1].oracle
-    nlp = program(problem.hand, oracle.nlp.structure, compiled=False)  # compiled functions cannot be written
-    p = problem.parameters(nlp, start.wrist, start.joints)
-    x_bounds, g_bounds = problem.variable_bounds(nlp, start.joints), problem.row_bounds(nlp)
-    x0 = np.clip(_first(problem, start, oracle, p, g_bounds), *x_bounds)
-    found = [(s, planner.solve(s)) for s in starts]
-    points = [(_seen_from(problem, start, s, iterate.x), s, iterate) for s, iterate in found]
-    known = [(_residual(oracle, x, p, x_bounds, g_bounds), x, s, iterate) for x, s, iterate in points]
-    residual, x, s, iterate = min(known, key=lambda k: _rank(k[0], float(oracle.objective(k[1], p))))
-    written = functions(nlp, problem.gpis, p)
-    names = {"variable_names": np.array(nlp.variable_names), "row_names": np.array(nlp.row_names)}
-    bounds = dict(zip(("lbx", "ubx", "lbg", "ubg"), (*x_bounds, *g_bounds), strict=True))
-    entry = _entry(name, written, problem, oracle, (start, s, iterate), (x0, x, p), residual, seed)
-    return Exported(entry, written, {"x0": x0, "x_best": x, **bounds, "units": nlp.units, **names})
-
-
-def _entry(
-    name: str,
-    written: dict[str, ca.Function],
-    problem: Problem,
-    oracle: Oracle,
-    ends: tuple[Start, Start, Iterate],
-    points: tuple[Array, Array, Array],
-    residual: float,
-    seed: int,
-) -> Entry:
-    start, best, iterate = ends
-    x0, x, p = points
-    return Entry(
+    start, problem, last = starts[index], planner.problem, planner.stages[-1]
+    nlp = program(problem.hand, last.nlp.structure, compiled=False)  # compiled functions cannot be written
+    instance, x0 = planner.begin(last, start)
+    answers = [planner.run(s) for s in starts]
+    for first in answers[index][:-1]:  # where the program before it ended
+        x0 = last.admitted(first.x, instance)
+    points = [_seen_from(problem, start, s, found[-1].x) for s, found in zip(starts, answers, strict=True)]
+    known = [(_residual(instance, x), x, s, found) for x, s, found in zip(points, starts, answers, strict=True)]
+    residual, x, best, found = min(known, key=lambda k: _rank(k[0], instance.objective(k[1])))
+    written = functions(nlp, problem.gpis, instance.p)
+    entry = Entry(
         name=name,
-        formulation=oracle.nlp.structure.formulation,
+        formulation=nlp.structure.formulation.name,
         start=start.index,
         variables=len(x),
-        rows=sum(oracle.nlp.row_sizes),
+        rows=sum(nlp.row_sizes),
         jacobian_nonzeros=written["jacobian"].nnz_out("jac_g_x"),
         hessian_nonzeros=written["hessian"].nnz_out(0),
         surface_points=len(problem.gpis.X),
-        initial=float(oracle.objective(x0, p)),
-        best=float(oracle.objective(x, p)),
+        initial=instance.objective(x0),
+        best=instance.objective(x),
         residual=residual,
-        solver=f"ipopt {iterate.status}",
+        solver=f"{planner.solver.name} {found[-1].status}",
         best_start=best.index,
         seed=seed,
-        iterations=iterate.iterations,
+        iterations=sum(answer.iterations for answer in found),
     )
-
-
-def _first(problem: Problem, start: Start, oracle: Oracle, p: Array, g_bounds: tuple[Array, Array]) -> Array:
-    """Where the last phase begins: at the start, or where the phase before it ends."""
-    x = initial(oracle.nlp, start)
-    solver = problem.settings.solver
-    for _, iterations in schedule(solver)[:-1]:
-        first = replace(solver, formulation="penalty", max_iterations=iterations)
-        x = Planner(replace(problem, settings=replace(problem.settings, solver=first))).solve(start).x
-    return handed_over(oracle, x, p, g_bounds)
+    names = {"variable_names": np.array(nlp.variable_names), "row_names": np.array(nlp.row_names)}
+    bounds = dict(zip(("lbx", "ubx", "lbg", "ubg"), (*instance.x_bounds, *instance.g_bounds), strict=True))
+    return Exported(entry, written, {"x0": x0, "x_best": x, **bounds, "units": nlp.units, **names})
 
 
 def _seen_from(problem: Problem, start: Start, other: Start, x: Array) -> Array:
@@ -142,11 +115,11 @@ def _seen_from(problem: Problem, start: Start, other: Start, x: Array) -> Array:
     return np.concatenate([v / units[:n], x[n:]])
 
 
-def _residual(
-    oracle: Oracle, x: Array, p: Array, x_bounds: tuple[Array, Array], g_bounds: tuple[Array, Array]
-) -> float:
-    g = oracle.values(x, p)
-    return float(max(np.abs(x - np.clip(x, *x_bounds)).max(), np.abs(g - np.clip(g, *g_bounds)).max()))
+def _residual(instance: NlpInstance, x: Array) -> float:
+    g = instance.rows(x)
+    return float(
+        max(np.abs(x - np.clip(x, *instance.x_bounds)).max(), np.abs(g - np.clip(g, *instance.g_bounds)).max())
+    )
 
 
 def _rank(residual: float, objective: float) -> tuple[bool, float]:

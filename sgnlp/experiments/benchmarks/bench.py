@@ -7,10 +7,11 @@ from pathlib import Path
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation, load
-from sgnlp.planning.ipopt import schedule
+from sgnlp.planning.additions import NOTHING, Additions
 from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.program.compiled import can_compile, compile_program
-from sgnlp.program.structure import Structure, structure
+from sgnlp.program.formulations.penalty import Penalty
+from sgnlp.program.structure import Structure
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Bench:
     @property
     def structures(self) -> list[Structure]:
         """The structures of the phases."""
-        return [structure(self.settings, formulation) for formulation, _ in schedule(self.settings.solver)]
+        return NOTHING.structures(self.settings)
 
     @property
     def compiles(self) -> bool:
@@ -54,7 +55,7 @@ class Bench:
 
     def ready(self) -> None:
         """Compile the functions that the phases and the comparisons need, unless that is done."""
-        penalty = structure(self.settings, "penalty")
+        penalty = Additions(formulation=Penalty()).structures(self.settings)
         if self.compiles:
-            for needed in dict.fromkeys([*self.structures, penalty]):
+            for needed in dict.fromkeys([*self.structures, *penalty]):
                 compile_program(self.hand, needed, self.jobs)

@@ -10,7 +10,7 @@ from sgnlp.experiments.benchmarks.bench import Bench
 from sgnlp.experiments.benchmarks.measure import Row, clocked, cold_times, timing, warm_times
 from sgnlp.experiments.benchmarks.oracle import call, scene
 from sgnlp.experiments.benchmarks.solving import planned
-from sgnlp.planning.ipopt import Planner
+from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import build_problem
 from sgnlp.planning.starts import starts
 

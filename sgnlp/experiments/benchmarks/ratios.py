@@ -1,7 +1,6 @@
 """What exact, structured second derivatives gain: against limited-memory Ipopt, plain CasADi, first-order steps."""
 
 from collections.abc import Iterator, Sequence
-from copy import copy
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -12,12 +11,13 @@ from sgnlp.experiments.benchmarks.bench import Bench
 from sgnlp.experiments.benchmarks.measure import Row, Time, clocked, spread, timing, warm_times
 from sgnlp.experiments.benchmarks.oracle import call, scene
 from sgnlp.experiments.benchmarks.plain import plain_hessian
-from sgnlp.planning.firstorder import OPTIMISERS, descend
-from sgnlp.planning.ipopt import Iterate, Phase, Planner, nlp_solver, schedule
-from sgnlp.planning.problem import Problem, pose
-from sgnlp.planning.solution import SOLVED_FACTOR
-from sgnlp.planning.solvers.ipopt import LIMITED
-from sgnlp.planning.starts import starts
+from sgnlp.planning.kkt import SOLVED_FACTOR
+from sgnlp.planning.planner import Iterate, Planner
+from sgnlp.planning.problem import Problem, build_problem
+from sgnlp.planning.solvers.first_order import OPTIMISERS, Descent, descent
+from sgnlp.planning.solvers.ipopt import Ipopt
+from sgnlp.planning.starts import Start, starts
+from sgnlp.program.formulations.penalty import Penalty
 from sgnlp.program.nlp import ENERGY_UNIT
 
 STEPS = 200
@@ -42,22 +42,10 @@ def rows(bench: Bench) -> Iterator[Row]:
         yield from _plain(bench)
 
 
-def limited_memory(planner: Planner) -> Planner:
-    """The planner's phases with Ipopt's limited-memory approximation in the place of the Hessian."""
-    solver = planner.problem.settings.solver
-    limited = copy(planner)
-    limited.phases = [
-        Phase(phase.oracle, nlp_solver(phase.oracle, solver, iterations, **LIMITED))
-        for phase, (_, iterations) in zip(planner.phases, schedule(solver), strict=True)
-    ]
-    return limited
-
-
 def _limited_memory(bench: Bench) -> Iterator[Row]:
     pairs = []
     for problem in bench.problems:
-        exact = Planner(problem)
-        limited = limited_memory(exact)
+        exact, limited = Planner(problem), Planner(problem, Ipopt(hessian="limited-memory"))
         for start in starts(problem, bench.starts, bench.seed):
             pairs.append(Pair(*(clocked(partial(planner.solve, start)) for planner in (exact, limited))))
     for name, ended in {
@@ -77,15 +65,13 @@ def _solved(iterates: Sequence[Iterate], solver: Solver) -> str:
 
 
 def _first_order(bench: Bench) -> Iterator[Row]:
-    solver = replace(bench.settings.solver, formulation="penalty")
     for optimiser in sorted(OPTIMISERS, reverse=True):
         times, over, above = [], [], []
         for problem in bench.problems:
-            penalty = replace(problem, settings=replace(problem.settings, solver=solver))
-            planner = Planner(penalty)
+            planner = Planner(replace(problem, formulation=Penalty()))
             for start in starts(problem, bench.starts, bench.seed):
                 iterate, ours = clocked(partial(planner.solve, start))
-                found, theirs = clocked(partial(descend, problem, start, optimiser, STEPS))
+                found, theirs = clocked(partial(_descent, planner, start, optimiser))
                 times.append(theirs)
                 over.append(theirs.wall / ours.wall)
                 above.append(ENERGY_UNIT * (found.best - iterate.objective))
@@ -94,6 +80,10 @@ def _first_order(bench: Bench) -> Iterator[Row]:
         yield spread(f"{name} over Ipopt", "1", over, "the same start, both in the penalty formulation")
         note = f"the lowest on the way; Ipopt's is lower for {sum(a > 0 for a in above)} of {len(above)} starts"
         yield spread(f"{name}: energy above Ipopt's", "1", above, note)
+
+
+def _descent(planner: Planner, start: Start, optimiser: str) -> Descent:
+    return descent(*planner.begin(planner.stages[-1], start), optimiser, STEPS)
 
 
 def _plain(bench: Bench) -> Iterator[Row]:
@@ -112,4 +102,4 @@ def _plain(bench: Bench) -> Iterator[Row]:
 def small(bench: Bench) -> Problem:
     """The first problem with few enough points for CasADi's plain Hessian."""
     gpis = replace(bench.settings.gpis, surface_points=PLAIN_POINTS, interior_points=PLAIN_POINTS)
-    return pose(bench.observations[0], bench.hand, replace(bench.settings, gpis=gpis), bench.seed)
+    return build_problem(bench.observations[0], bench.hand, replace(bench.settings, gpis=gpis), bench.seed)

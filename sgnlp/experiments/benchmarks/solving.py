@@ -14,13 +14,10 @@ from sgnlp.experiments.benchmarks.bench import Bench
 from sgnlp.experiments.benchmarks.measure import Row, Time, clock, clocked, cold_times, spread, timing
 from sgnlp.experiments.benchmarks.processes import cache, command, peak_memory
 from sgnlp.perception.observation import Observation
-from sgnlp.planning.ipopt import Iterate, Planner
 from sgnlp.planning.plan import Plan
+from sgnlp.planning.planner import Iterate, Planner
 from sgnlp.planning.solve import solve
 from sgnlp.planning.starts import Start, starts
-
-ORACLE_TIMES = "t_wall_nlp_"
-"""How CasADi's names of the times of the functions begin."""
 
 
 @dataclass(frozen=True)
@@ -56,11 +53,14 @@ def solves(bench: Bench) -> Iterator[Row]:
 
 def timed(planner: Planner, start: Start) -> Solve:
     """Solve a start; CasADi counts the time of the oracle."""
-    iterate, time = clocked(partial(planner.solve, start))
-    counted = [phase.solver.stats() for phase in planner.phases]
-    return Solve(
-        iterate, time, sum(stats[name] for stats in counted for name in stats if name.startswith(ORACLE_TIMES))
-    )
+    planner.prepare(start)
+
+    def solve() -> tuple[Iterate, float]:
+        answers = planner.run(start)
+        return planner.ended(start, answers), sum(answer.seconds for answer in answers)
+
+    (iterate, oracle), time = clocked(solve)
+    return Solve(iterate, time, oracle)
 
 
 def _iterations(ended: list[Solve]) -> Iterator[Row]:

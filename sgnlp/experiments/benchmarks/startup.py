@@ -10,8 +10,9 @@ from sgnlp.experiments.benchmarks.bench import Bench
 from sgnlp.experiments.benchmarks.measure import Row, Time, clock, cold_times, timing, warm_times
 from sgnlp.experiments.benchmarks.processes import cache, fresh, python
 from sgnlp.perception.observation import load
-from sgnlp.planning.ipopt import Planner
+from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import build_problem
+from sgnlp.planning.starts import starts
 from sgnlp.program.compiled import compile_program
 from sgnlp.program.nlp import build
 
@@ -70,4 +71,5 @@ def compile_time(bench: Bench) -> Time:
 def ready_time(bench: Bench) -> Time:
     """Times of all that stands between a posed problem and its first start."""
     problem = bench.problems[0]
-    return clock(lambda: Planner(problem))
+    (start,) = starts(problem, 1, bench.seed)
+    return clock(lambda: Planner(problem).prepare(start))

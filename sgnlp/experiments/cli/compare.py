@@ -25,7 +25,8 @@ from sgnlp.experiments.studies import trials
 from sgnlp.experiments.studies.study import Case, Setup, collect
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import Observation
-from sgnlp.planning import results, solvers
+from sgnlp.planning import results
+from sgnlp.planning.solvers import SOLVERS, solver_named
 from sgnlp.planning.workers import Workers
 from sgnlp.show import plots, tables
 
@@ -104,12 +105,11 @@ class Compare(Tabling, Starting):
                 self._collect(console, cases, carried.Row, SIMULATED, bar("simulate", None))
 
     def _names(self) -> tuple[str, ...]:
-        found = solvers.found()
         if self.solvers == (EVERY,):
-            return tuple(found)
+            return tuple(SOLVERS)
         for name in self.solvers:
-            solvers.method(name)
-        return self.solvers or tuple(name for name, method in found.items() if not method.known)
+            solver_named(name)
+        return self.solvers or tuple(name for name, entry in SOLVERS.items() if not entry.known)
 
     def _facts(self) -> dict[str, Any]:
         """What rows depend on, beside clouds, solvers, formulations and starts, which can be added to."""

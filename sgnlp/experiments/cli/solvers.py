@@ -1,13 +1,13 @@
-"""`sgnlp solvers`: the solvers that `sgnlp compare` knows, and which of them run here."""
+"""`sgnlp solvers`: the solvers that `--solver` and `sgnlp compare` know, and which of them run here."""
 
 from dataclasses import dataclass
 
 from rich.console import Console
 
 from sgnlp.cli import codes
-from sgnlp.planning import solvers
-from sgnlp.planning.solvers.anatomy import Method
+from sgnlp.planning.solvers import SOLVERS
 from sgnlp.planning.solvers.probe import missing
+from sgnlp.planning.solvers.solver import Entry
 from sgnlp.show import tables
 
 
@@ -17,16 +17,16 @@ class Solvers:
 
     def run(self, console: Console) -> int:
         """One row a solver."""
-        lines = [_line(method, missing(method)) for method in solvers.found().values()]
+        lines = [_line(name, entry, missing(entry.solver)) for name, entry in SOLVERS.items()]
         console.print(tables.rows_table("Solvers", lines, prose="what it is"))
         return codes.FEASIBLE
 
 
-def _line(method: Method, missing: str) -> dict[str, str]:
+def _line(name: str, entry: Entry, missing: str) -> dict[str, str]:
     """The line of a solver, and what keeps it from running here."""
-    about = [method.summary, missing or method.known]
+    about = [entry.summary, missing or entry.known]
     return {
-        "name": method.name,
+        "name": name,
         "runs": "no" if missing else "yes",
-        "what it is": f"{method.kind}: {'; '.join(part for part in about if part)}",
+        "what it is": f"{entry.kind}: {'; '.join(part for part in about if part)}",
     }

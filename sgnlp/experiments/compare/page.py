@@ -21,7 +21,7 @@ from sgnlp.experiments.compare.table import (
 )
 from sgnlp.experiments.compare.verdict import EXACT, advice, hessians, verdicts
 from sgnlp.experiments.studies.study import Lines, Tables
-from sgnlp.planning.solvers import found
+from sgnlp.planning.solvers import SOLVERS
 from sgnlp.show.plots import Panel
 from sgnlp.show.tables import markdown
 
@@ -115,11 +115,10 @@ def _times(table: Table) -> str:
 
 def _solvers(table: Table) -> Lines:
     """What ran, and of what it was made."""
-    methods = found()
     return [
         {"solver": name, "kind": m.kind, "derivatives": str(m.derivatives), "what it is": m.summary}
         for name in table.solvers
-        if (m := methods.get(name))
+        if (m := SOLVERS.get(name))
     ]
 
 

@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 
 from sgnlp.base.settings import Settings
-from sgnlp.experiments.compare.route import Route, Run, Stage, functions_of
+from sgnlp.experiments.compare.route import Route, Run, build_seconds
 from sgnlp.experiments.compare.row import Row
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import load
+from sgnlp.planning.multipliers import smallest_residuals
 from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.planning.solution import Solution
-from sgnlp.planning.solvers.anatomy import Answer, Array
-from sgnlp.planning.solvers.multipliers import best_residuals
 from sgnlp.planning.solvers.process import Send, apart, spend
+from sgnlp.planning.solvers.solver import Answer, Array
 from sgnlp.planning.starts import Start, starts
 from sgnlp.program.nlp import ENERGY_UNIT
 
@@ -36,7 +36,7 @@ def rows_of(run: Run) -> list[Row]:
     """The rows of a run; what was not reached, or not tried, has a row with the reason."""
     problem = _posed(run.file, run.hand, run.settings, run.seed)
     start = starts(problem, run.start + 1, run.seed)[run.start]
-    built = sum(functions_of(problem, formulation)[1] for formulation, _ in run.stages())
+    built = build_seconds(run.posed(problem, run.tolerances[0]))
     sent, reason = apart(partial(_work, run, problem, start), GRACE * run.limit)
     rows = [replace(row, object=_name(run.file), build=built) for row in sent]
     return [*rows, *_missing(run, rows, reason)]
@@ -110,26 +110,25 @@ def _late(run: Run, route: Route, clock: _Clock, row: Row, send: Send, x: Array)
     spend(GRACE * run.limit)
     failure = f"over {run.limit:g} s of processor time"
     row = replace(row, seconds=seconds, cpu=cpu, failure=failure)
-    points = len(route.last.meter.points)
-    row = _judged(route, Answer(x.copy(), "stopped", points), clock, row)
+    row = _judged(route, Answer(x.copy(), "stopped", len(route.points)), clock, row)
     send(replace(row, reached=False))
     os._exit(0)
 
 
 def _judged(route: Route, answer: Answer, clock: _Clock, row: Row) -> Row:
     """The row of an answer, whatever its status says."""
-    stage, task = route.last, route.last.judged
+    judged = route.judged
     calls: dict[str, Any] = dict(route.calls(answer))
-    kkt, estimated = best_residuals(task, answer.x, answer.multipliers)
+    kkt, estimated = smallest_residuals(judged, answer.x, answer.multipliers)
     finite = bool(np.isfinite(answer.x).all())
     found = route.solution(answer, kkt) if finite else None
-    energy = ENERGY_UNIT * float(stage.oracle.objective(answer.x, task.p))
+    energy = ENERGY_UNIT * judged.objective(answer.x)
     measured = (energy, kkt.dual, kkt.primal, kkt.complementarity)
     return replace(
         row,
         reached=bool(np.isfinite(measured).all() and kkt.worst <= row.tolerance),
         energy=energy,
-        energy_start=ENERGY_UNIT * float(stage.oracle.objective(route.first(), task.p)),
+        energy_start=ENERGY_UNIT * judged.objective(route.first),
         lowest=ENERGY_UNIT * answer.lowest,
         dual=kkt.dual,
         primal=kkt.primal,
@@ -141,25 +140,24 @@ def _judged(route: Route, answer: Answer, clock: _Clock, row: Row) -> Row:
         **calls,
         setup=route.setup,
         status=answer.status,
-        trace=_trace(stage, clock.cpu) if (row.start, row.repeat) == (TRACED, 0) else "",
+        trace=_trace(route, clock.cpu) if (row.start, row.repeat) == (TRACED, 0) else "",
     )
 
 
-def _trace(stage: Stage, begin: float) -> str:
+def _trace(route: Route, begin: float) -> str:
     """Seconds, energies and residuals at points of the way, with multipliers that are ours."""
-    points = [(moment - begin, x) for moment, x in stage.meter.points if moment > begin]
-    return " ".join(f"{moment:.4g}:{energy:.6g}:{residual:.3g}" for moment, energy, residual in _way(stage, points))
+    points = [(moment - begin, x) for moment, x in route.points if moment > begin]
+    return " ".join(f"{moment:.4g}:{energy:.6g}:{residual:.3g}" for moment, energy, residual in _way(route, points))
 
 
-def _way(stage: Stage, points: Sequence[tuple[float, Array]]) -> Iterator[tuple[float, float, float]]:
+def _way(route: Route, points: Sequence[tuple[float, Array]]) -> Iterator[tuple[float, float, float]]:
     if not points:
         return
     times = np.array([moment for moment, _ in points])
     wanted = np.searchsorted(times, np.geomspace(times[0], times[-1], TRACE_POINTS)).clip(max=len(points) - 1)
-    task = stage.judged
     for moment, x in (points[i] for i in sorted(set(wanted.tolist()))):
-        kkt, _ = best_residuals(task, x, None)
-        yield moment, ENERGY_UNIT * float(stage.oracle.objective(x, task.p)), kkt.worst
+        kkt, _ = smallest_residuals(route.judged, x, None)
+        yield moment, ENERGY_UNIT * route.judged.objective(x), kkt.worst
 
 
 def _missing(run: Run, rows: Sequence[Row], reason: str) -> list[Row]:
