@@ -47,9 +47,9 @@ class CasadiSolver(Solver):
         """CasADi's solver. It depends on the functions of a program, its tolerance and its iterations alone."""
         raise NotImplementedError
 
-    def _nlpsol(self, nlp: NlpInstance) -> ca.Function:
+    def _nlpsol(self, nlp: NlpInstance, anew: bool = False) -> ca.Function:
         known, key = _built.setdefault(nlp.functions, {}), (self, nlp.tolerance, nlp.iterations)
-        if key not in known:
+        if anew or key not in known:
             known[key] = self.build(nlp)
         return known[key]
 

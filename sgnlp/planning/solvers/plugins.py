@@ -9,7 +9,8 @@ import casadi as ca
 
 from sgnlp.planning.solvers.bridge import differentiable
 from sgnlp.planning.solvers.casadi_call import CasadiSolver
-from sgnlp.planning.solvers.solver import Entry, NlpInstance, Refusal
+from sgnlp.planning.solvers.process import silence
+from sgnlp.planning.solvers.solver import Answer, Array, Entry, NlpInstance, Refusal
 
 Options = dict[str, Any]
 COMMON: Options = {"print_time": False, "calc_lam_p": False, "error_on_fail": False}
@@ -34,6 +35,16 @@ class Plugin(CasadiSolver):
     name: str = ""
     plugin: str = field(default="", repr=False)
     options: Callable[[NlpInstance], Options] = field(default=lambda nlp: {}, repr=False)
+
+    def solve(self, nlp: NlpInstance, x: Array) -> Answer:
+        """CasADi's solver over exact derivatives, without what its library prints."""
+        with silence():
+            return super().solve(nlp, x)
+
+    def prepare(self, nlp: NlpInstance) -> None:
+        """Build it anew: what OSQP and qpOASES keep of one start changes the steps from the next."""
+        with silence():
+            self._nlpsol(nlp, anew=True)
 
     def build(self, nlp: NlpInstance) -> ca.Function:
         """CasADi's solver, which differentiates as far as our derivatives let it."""
