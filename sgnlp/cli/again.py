@@ -21,7 +21,7 @@ DEFAULTS = Observing()
 def command(meta: Mapping[str, Any], folder: Path) -> str:
     """`sgnlp solve` with the flags that are not at their defaults, the preset being the one that leaves fewest.
 
-    A hand that is none of `sgnlp hands` is named; its folder is for the reader to know, and so is a solver of their own.
+    A hand that is none of `sgnlp hands` is named; its folder is for the reader to know, as is a solver of their own.
     """
     reading = meta.get("reading") or {}
     words = ["sgnlp", "solve", str(meta.get("source") or FILE)]

@@ -89,7 +89,7 @@ class Batch(Extending, Tabling, Observing):
             return
         console.print("Compiling the functions first, once for all objects (--no-build leaves them interpreted).")
         try:
-            compiling.build(hand, self, self.jobs, bar)
+            compiling.build(hand, self.additions.structures(self.settings), self.jobs, bar)
         except (SolverError, MachineError) as error:
             console.print(f"The functions stay interpreted: {error}", soft_wrap=True)
 

@@ -36,7 +36,7 @@ class Cache(Extending, Planning):
             toolchain.clear()
         if self.build:
             with bars(console) as bar:
-                compiling.build(load_hand(self.hand, self.settings.spheres), self, self.jobs, bar)
+                compiling.build(hand, structures, self.jobs, bar)
         libraries = [file for file in toolchain.entries() if file.suffix == ".so"]
         sizes = {file.name: f"{file.stat().st_size / 1e6:.2f} MB" for file in libraries}
         console.print(tables.facts_table(f"Compiled, in {toolchain.cache_folder()}", sizes))

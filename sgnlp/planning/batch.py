@@ -178,7 +178,8 @@ def _expected(task: Task) -> dict[str, Any]:
     hand = load_hand(task.hand, task.settings.spheres)
     made = {"hand": hand.name, "settings": asdict(task.settings), "seed": task.seed, "starts": task.count}
     told = {"file": task.extension.file, "sha256": task.extension.digest} if task.extension else None
-    solver = settled(task.solver or (task.extension and task.extension.additions().solver), task.settings.solver)
+    own = task.extension.additions().solver if task.extension else None
+    solver = settled(task.solver or own, task.settings.solver)
     return json.loads(json.dumps(made | {"timeout": task.timeout, "extension": told, "solver": solver.told()}))
 
 

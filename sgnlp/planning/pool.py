@@ -110,7 +110,7 @@ def _expired(start: Start, code: int | None) -> Failure:
 
 
 def _failed(start: Start, error: Exception) -> Failure:
-    line = (str(error).splitlines() or [""])[0]
+    line = (str(error).strip().splitlines() or [""])[-1]  # CasADi ends with the cause
     return Failure(start.index, line if isinstance(error, SgnlpError) else f"{type(error).__name__}: {line}")
 
 

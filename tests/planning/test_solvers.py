@@ -1,22 +1,33 @@
-"""The anatomy of solvers: all that run find a known solution, what they call is counted, their functions are exact."""
+"""Solvers: all that run find a known solution, what they call is counted, their functions are exact."""
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
 
 import casadi as ca
 import numpy as np
 import pytest
 from processes import PATIENT
-from scenes import SMALL, oracle, posed, random_point
-from sgnlp.planning.solvers.multipliers import best_residuals
+from scenes import SMALL, hand, observation, oracle, posed, random_point
 
 from sgnlp.base.errors import InputError
 from sgnlp.cli import run
-from sgnlp.planning import solvers
-from sgnlp.planning.solvers.anatomy import Answer, Method, Refusal
+from sgnlp.planning.multipliers import smallest_residuals
+from sgnlp.planning.planner import Planner
+from sgnlp.planning.pool import Failure
+from sgnlp.planning.results import load_grasps, load_summary
+from sgnlp.planning.solve import solve
+from sgnlp.planning.solvers import SOLVERS, solver_named
 from sgnlp.planning.solvers.bridge import differentiable
+from sgnlp.planning.solvers.ipopt import Ipopt
 from sgnlp.planning.solvers.meter import Meter
-from sgnlp.planning.solvers.probe import SOLUTION, START, missing, problem, task
-from sgnlp.planning.solvers.process import apart, spend
+from sgnlp.planning.solvers.plugins import Plugin
+from sgnlp.planning.solvers.probe import SOLUTION, START, instance, missing, problem
+from sgnlp.planning.solvers.process import apart, silence, spend
+from sgnlp.planning.solvers.solver import Answer, Refusal, Solver
+from sgnlp.planning.starts import starts
+from sgnlp.program.formulations.penalty import Penalty
 
 SOLVE = ["ipopt", "ipopt-limited", "ipopt-spral", "fatrop", "uno-ipopt", "uno-filtersqp", "lbfgsb", "slsqp"]
 SOLVE += ["trust-constr", "sqp-daqp", "sqp-qpoases", "sqp-limited"]
@@ -24,12 +35,12 @@ SOLVE += ["trust-constr", "sqp-daqp", "sqp-qpoases", "sqp-limited"]
 
 
 def solved(name: str, tolerance: float = 1e-7) -> tuple[list, str]:
-    """The answer of a method to the small problem, from a process of its own, and why there is none."""
+    """The answer of a solver to the small problem, from a process of its own, and why there is none."""
 
     def work(send):
-        given = task(tolerance)
-        answer = solvers.method(name).prepare(given)(START)
-        kkt, _ = best_residuals(given, answer.x, answer.multipliers)
+        given = instance(tolerance)
+        answer = solver_named(name).solve(given, START)
+        kkt, _ = smallest_residuals(given, answer.x, answer.multipliers)
         send((answer.x, kkt))
 
     return apart(work, 20.0)
@@ -50,32 +61,91 @@ def test_first_order_steps_descend_and_the_point_kept_is_one_where_the_rows_hold
     assert -44.0 < float(problem().objective(x, 1.0)) < -25.0
 
 
-def test_every_file_with_methods_is_found_and_every_method_has_a_name_of_its_own():
-    methods = solvers.found()
-    assert {"ipopt", "fatrop", "slsqp", "adamw-200", "madnlp"} <= set(methods)
-    assert all(method.name == name and method.derivatives in (1, 2) for name, method in methods.items())
+def test_every_solver_has_a_name_of_its_own_and_says_what_it_is():
+    assert {"ipopt", "fatrop", "sqp-daqp", "slsqp", "adamw-200"} <= set(SOLVERS)
+    for name, entry in SOLVERS.items():
+        assert entry.solver.name == name == entry.solver.told()["name"]
+        assert entry.derivatives in (1, 2)
+        assert entry.kind
+        assert entry.summary
     with pytest.raises(InputError, match=r"unknown solver 'newton'; valid: .*ipopt"):
-        solvers.method("newton")
+        solver_named("newton")
+
+
+def test_the_list_of_solvers_imports_no_optimiser_of_scipy():
+    code = "import sys; import sgnlp.planning.solvers; print('scipy.optimize' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
 
 
 def test_a_solver_that_is_not_there_says_so():
-    assert "has no plugin 'worhp'" in missing(solvers.method("worhp"))
-    assert missing(solvers.method("ipopt")) == ""
+    assert "has no plugin 'worhp'" in missing(Plugin(name="worhp", plugin="worhp"))
+    assert missing(Ipopt()) == ""
 
 
 def test_the_command_lists_the_solvers_and_why_one_does_not_run(monkeypatch, capfd):
-    chosen = {name: solvers.method(name) for name in ("ipopt", "snopt")}
-    monkeypatch.setattr(solvers, "found", lambda: chosen)
+    absent = replace(SOLVERS["fatrop"], solver=Plugin(name="snopt", plugin="snopt"))
+    monkeypatch.setattr("sgnlp.experiments.cli.solvers.SOLVERS", {"ipopt": SOLVERS["ipopt"], "snopt": absent})
     assert run(["solvers"]) == 0
-    out = capfd.readouterr().out
+    out = " ".join(capfd.readouterr().out.split())
     assert "interior point" in out
-    assert "snopt" in out
+    assert "has no plugin" in out
 
 
 def test_equality_rows_are_refused_by_first_order_methods():
-    given = replace(task(), g_bounds=(np.zeros(3), np.zeros(3)))
+    given = replace(instance(), g_bounds=(np.zeros(3), np.zeros(3)))
     with pytest.raises(Refusal, match="equality"):
-        solvers.method("adamw-200").prepare(given)
+        solver_named("adamw-200").solve(given, START)
+
+
+@pytest.mark.parametrize("name", ["sqp-qpoases", "sqp-osqp", "uno-filtersqp"])
+def test_a_start_is_solved_the_same_whatever_was_solved_before_it(name):
+    given, solver = instance(), solver_named(name)
+    solver.prepare(given)
+    first = solver.solve(given, START).x
+    solver.solve(given, START + 0.5)
+    solver.prepare(given)
+    np.testing.assert_array_equal(solver.solve(given, START).x, first)
+
+
+def test_what_libraries_print_is_lost_and_what_comes_after_is_not(capfd):
+    with silence():
+        print("lost")
+        os.write(1, b"lost")
+        os.write(2, b"lost")
+    solver_named("sqp-qpoases").solve(instance(), START)
+    print("heard")
+    assert capfd.readouterr() == ("heard\n", "")
+
+
+# --- a plan ----------------------------------------------------------------------------------------------------------
+
+PLAIN = replace(SMALL, solver=replace(SMALL.solver, formulation="penalty", compiled=False))
+
+
+class Signs(Solver):
+    """Steps along the signs of the gradient, that turn back where it does: ten lines of a user's own."""
+
+    def solve(self, nlp, x):
+        step, before = 0.1 * np.ones_like(x), np.zeros_like(x)
+        for _ in range(100):
+            gradient = nlp.gradient(x)
+            step *= np.where(gradient * before > 0, 1.2, 0.5)
+            x, before = np.clip(x - step * np.sign(gradient), *nlp.x_bounds), gradient
+        return Answer(x)
+
+
+def test_an_optimiser_of_ten_lines_plans_like_any_other():
+    plan = solve(observation(), hand(), PLAIN, solver=Signs(), count=2, jobs=2)
+    assert not plan.failures
+    planner = Planner(replace(posed(PLAIN), formulation=Penalty()))
+    for start, found in zip(starts(planner.problem, 2, 0), sorted(plan.solutions, key=lambda s: s.start), strict=True):
+        nlp, x = planner.begin(planner.stages[0], start)
+        np.testing.assert_array_equal(found.grasp.targets, found.grasp.targets)
+        lowered = Signs().solve(nlp, x).x
+        assert nlp.objective(lowered) < nlp.objective(x) - 0.1
+        assert found.history.energy.size == 0
+        assert 0 < found.kkt.dual < 1e3
+    assert plan.meta()["solver"] == {"name": "signs", "tolerance": None}
 
 
 # --- functions -------------------------------------------------------------------------------------------------------
@@ -128,10 +198,10 @@ def test_calls_and_the_points_of_gradients_are_counted_at_the_functions():
 
 
 def test_a_metered_solver_takes_the_same_steps():
-    given = task()
+    given = instance()
     meter = Meter(given.functions)
     tasks = given, replace(given, functions=meter.functions)
-    plain, metered = (solvers.method("ipopt").prepare(t)(START) for t in tasks)
+    plain, metered = (Ipopt().solve(t, START) for t in tasks)
     np.testing.assert_array_equal(plain.x, metered.x)
     assert meter.calls["hess"] == metered.iterations == plain.iterations
 
@@ -140,8 +210,8 @@ def test_a_metered_solver_takes_the_same_steps():
 
 
 def residuals_at(x, multipliers=None):
-    given = task()
-    return best_residuals(given, np.asarray(x), multipliers)
+    given = instance()
+    return smallest_residuals(given, np.asarray(x), multipliers)
 
 
 def test_estimated_multipliers_prove_a_solution_for_which_a_solver_has_none_or_bad_ones():
@@ -208,8 +278,3 @@ def test_an_error_in_a_process_is_its_reason():
         raise Refusal("not with me")
 
     assert apart(fail, 1.0) == ([], "not with me")
-
-
-def test_a_solver_of_ones_own_needs_no_more_than_the_anatomy():
-    method = Method("still", "none", 0, "stays", lambda given: lambda x: Answer(x, "fine", 0))
-    assert method.prepare(task())(START).x.tolist() == [0.0] * 4

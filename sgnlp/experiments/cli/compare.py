@@ -26,8 +26,10 @@ from sgnlp.experiments.studies.study import Case, Setup, collect
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import Observation
 from sgnlp.planning import results
+from sgnlp.planning.additions import Additions
 from sgnlp.planning.solvers import SOLVERS, solver_named
 from sgnlp.planning.workers import Workers
+from sgnlp.program.formulations import formulation as formulation_named
 from sgnlp.show import plots, tables
 
 MADE, SIMULATED = "made.json", "simulated.csv"
@@ -95,8 +97,8 @@ class Compare(Tabling, Starting):
         with bars(console) as bar:
             if self.settings.solver.compiled:
                 for formulation in self.formulations:
-                    solver = replace(self.settings.solver, formulation=formulation)
-                    compiling.build(hand, replace(self.settings, solver=solver), self.jobs, bar)
+                    structures = Additions(formulation=formulation_named(formulation)).structures(self.settings)
+                    compiling.build(hand, structures, self.jobs, bar)
             results.write_text(self.out / MADE, results.json_text(how))
             self._collect(console, self._cases(observations, names), Row, ROWS, bar("compare", None))
             if self.simulate:
