@@ -35,6 +35,7 @@ class Cache(Extending, Planning):
         if self.clear:
             toolchain.clear()
         if self.build:
+            hand, structures = load_hand(self.hand, self.settings.spheres), self.additions.structures(self.settings)
             with bars(console) as bar:
                 compiling.build(hand, structures, self.jobs, bar)
         libraries = [file for file in toolchain.entries() if file.suffix == ".so"]

@@ -36,9 +36,7 @@ class Asked(Protocol):
     def additions(self) -> Additions: ...  # noqa: D102
 
 
-def build(
-    hand: Hand, structures: Sequence[Structure], jobs: int, bar: Callable[[str, int | None], Bar]
-) -> None:
+def build(hand: Hand, structures: Sequence[Structure], jobs: int, bar: Callable[[str, int | None], Bar]) -> None:
     """Compile what plans need, unless that is done; `bar` makes a progress bar.
 
     Raises:

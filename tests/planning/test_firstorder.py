@@ -135,6 +135,9 @@ def test_more_steps_begin_with_the_same_ones(begun):
 
 def test_the_answer_is_the_lowest_point_that_meets_the_rows_and_the_steps_end_with_the_programs_iterations(begun):
     nlp, x = begun
-    found, answer = descent(*begun, "adamw", 5), FirstOrder(optimiser="adamw", steps=9).solve(replace(nlp, iterations=5), x)
+    found, answer = (
+        descent(*begun, "adamw", 5),
+        FirstOrder(optimiser="adamw", steps=9).solve(replace(nlp, iterations=5), x),
+    )
     assert (answer.iterations, answer.lowest) == (5, found.best)
     np.testing.assert_array_equal(answer.x, found.x_admissible if np.isfinite(found.admissible) else found.x)
