@@ -8,16 +8,18 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
+from plans import SMALL_FLAGS
 from processes import PATIENT
 from scenes import SMALL, hand, observation, oracle, posed, random_point
 
+import sgnlp
 from sgnlp.base.errors import InputError
 from sgnlp.cli import run
+from sgnlp.cli.again import command
 from sgnlp.planning.multipliers import smallest_residuals
+from sgnlp.planning.plan import Plan
 from sgnlp.planning.planner import Planner
-from sgnlp.planning.pool import Failure
-from sgnlp.planning.results import load_grasps, load_summary
-from sgnlp.planning.solve import solve
+from sgnlp.planning.results import HISTORY, load_grasps
 from sgnlp.planning.solvers import SOLVERS, solver_named
 from sgnlp.planning.solvers.bridge import differentiable
 from sgnlp.planning.solvers.ipopt import Ipopt
@@ -28,6 +30,8 @@ from sgnlp.planning.solvers.process import apart, silence, spend
 from sgnlp.planning.solvers.solver import Answer, Refusal, Solver
 from sgnlp.planning.starts import starts
 from sgnlp.program.formulations.penalty import Penalty
+from sgnlp.show import plots
+from sgnlp.show.report.figures import convergence
 
 SOLVE = ["ipopt", "ipopt-limited", "ipopt-spral", "fatrop", "uno-ipopt", "uno-filtersqp", "lbfgsb", "slsqp"]
 SOLVE += ["trust-constr", "sqp-daqp", "sqp-qpoases", "sqp-limited"]
@@ -134,18 +138,74 @@ class Signs(Solver):
         return Answer(x)
 
 
-def test_an_optimiser_of_ten_lines_plans_like_any_other():
-    plan = solve(observation(), hand(), PLAIN, solver=Signs(), count=2, jobs=2)
-    assert not plan.failures
+@pytest.fixture(scope="module")
+def lowered() -> Plan:
+    """What the optimiser plans."""
+    return sgnlp.solve(observation(), hand(), PLAIN, solver=Signs(), count=2, jobs=2)
+
+
+def test_an_optimiser_of_ten_lines_plans_like_any_other(lowered):
+    assert not lowered.failures
+    assert lowered.meta()["solver"] == {"name": "signs", "tolerance": None}
     planner = Planner(replace(posed(PLAIN), formulation=Penalty()))
-    for start, found in zip(starts(planner.problem, 2, 0), sorted(plan.solutions, key=lambda s: s.start), strict=True):
-        nlp, x = planner.begin(planner.stages[0], start)
-        np.testing.assert_array_equal(found.grasp.targets, found.grasp.targets)
-        lowered = Signs().solve(nlp, x).x
-        assert nlp.objective(lowered) < nlp.objective(x) - 0.1
-        assert found.history.energy.size == 0
-        assert 0 < found.kkt.dual < 1e3
-    assert plan.meta()["solver"] == {"name": "signs", "tolerance": None}
+    for solution in lowered.solutions:
+        nlp, x = planner.begin(planner.stages[0], starts(planner.problem, 2, 0)[solution.start])
+        answer = Signs().solve(nlp, x)
+        assert nlp.objective(answer.x) < nlp.objective(x) - 1.0
+        ended = planner.ended(starts(planner.problem, 2, 0)[solution.start], [answer])
+        assert solution.kkt == ended.kkt  # of multipliers that are estimated
+        assert solution.violations == ended.violations
+
+
+def test_a_plan_whose_solver_tells_no_way_is_saved_without_histories(lowered, tmp_path):
+    assert lowered.histories() == {}
+    lowered.save(tmp_path)
+    assert not (tmp_path / HISTORY).exists()
+    assert load_grasps(tmp_path).meta["solver"]["name"] == "signs"
+
+
+def test_what_a_solver_does_not_tell_of_its_way_is_missing_from_the_figure_alone():
+    class Told(Signs):
+        def solve(self, nlp, x):
+            answer = super().solve(nlp, x)
+            return replace(answer, way={"obj": [nlp.objective(x), nlp.objective(answer.x)]})
+
+    plan = sgnlp.solve(observation(), hand(), PLAIN, solver=Told(), count=1, jobs=1)
+    histories = plan.histories()
+    assert len(histories["energy"]) == 2
+    assert np.isnan(histories["primal"]).all()
+    panels = convergence(histories)
+    assert [panel.title for panel in panels] == ["penalty: energy", "penalty: violation"]
+    assert plots.draw(panels, "how it went")["svg"].startswith(b"<?xml")
+
+
+def test_a_solver_that_refuses_or_fails_is_the_failure_of_a_start_in_one_line():
+    class Stuck(Solver):
+        def solve(self, nlp, x):
+            return Answer(np.full_like(x, np.nan))
+
+    two_phase = replace(PLAIN, solver=replace(PLAIN.solver, formulation="two_phase"))
+    for settings, solver, reason in (
+        (two_phase, "adamw-200", "adamw-200 knows no equality rows; the penalty formulation has none"),
+        (PLAIN, Stuck(), "the answer of stuck is not finite"),
+        (PLAIN, Plugin(name="knitro", plugin="knitro"), f"casadi {ca.__version__} has no plugin 'knitro' here"),
+    ):
+        plan = sgnlp.solve(observation(), hand(), settings, solver=solver, count=1, jobs=1)
+        assert [failure.reason for failure in plan.failures] == [reason]
+        assert plan.summary()["starts_table"] == [{"start": 0, "failure": reason}]
+
+
+def test_the_command_plans_with_a_solver_of_the_table_beside_the_flags_of_settings(tmp_path, capfd):
+    np.savez(tmp_path / "cloud.npz", points=observation().points, table_height=0.0)
+    flags = [*SMALL_FLAGS, "--starts", "1", "--solver.formulation", "penalty", "--solver.no-compiled", "--quiet"]
+    out = ["--out", str(tmp_path / "out")]
+    assert run(["solve", str(tmp_path / "cloud.npz"), *flags, *out, "--solver", "adamw-200"]) in (0, 1)
+    grasps = load_grasps(tmp_path / "out")
+    assert grasps.meta["solver"] == {"name": "adamw-200", "tolerance": None, "optimiser": "adamw", "steps": 200}
+    assert grasps.meta["settings"]["solver"]["formulation"] == "penalty"
+    assert "--solver adamw-200 " in command(grasps.meta, tmp_path)
+    assert run(["solve", str(tmp_path / "cloud.npz"), *flags, *out, "--solver", "newton"]) == 3
+    assert "unknown solver 'newton'; valid: adamw-1000, " in capfd.readouterr().err
 
 
 # --- functions -------------------------------------------------------------------------------------------------------
