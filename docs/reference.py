@@ -23,6 +23,7 @@ from sgnlp.cli import COMMANDS, run
 from sgnlp.perception.observation import ObservationSettings
 from sgnlp.perception.synthetic.cameras import DepthCamera
 from sgnlp.perception.synthetic.scenes import Ring
+from sgnlp.planning.solvers import SOLVERS
 from sgnlp.simulation import SimulationSettings
 
 PRESETS = ("robust", "paper")
@@ -143,13 +144,24 @@ def _about(name: str) -> str:
     return (text or "").split("\n\n")[0].replace("\n", " ")
 
 
-MARKER = re.compile(r"<!-- (?P<maker>fields|stages|table)(?:: (?P<name>[\w./]+))? -->")
+MARKER = re.compile(r"<!-- (?P<maker>fields|stages|table|solvers)(?:: (?P<name>[\w./]+))? -->")
 
 
 def filled(markdown: str) -> str:
     """A page with its markers replaced by what they stand for."""
-    makers: dict[str, Callable[[str], str]] = {"fields": record, "stages": lambda _: stages(), "table": copied}
+    makers: dict[str, Callable[[str], str]] = {
+        "fields": record,
+        "stages": lambda _: stages(),
+        "table": copied,
+        "solvers": lambda _: solvers(),
+    }
     return MARKER.sub(lambda marker: makers[marker["maker"]](marker["name"]), markdown)
+
+
+def solvers() -> str:
+    """The table of solvers."""
+    rows = [[f"`{name}`", e.kind, str(e.derivatives), e.summary, e.known] for name, e in SOLVERS.items()]
+    return table(["name", "kind", "derivatives", "what it is", "why a comparison leaves it out"], rows)
 
 
 def copied(file: str) -> str:

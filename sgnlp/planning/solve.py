@@ -80,10 +80,11 @@ def solve(
     fitted = time.perf_counter()
     results = []
     with closing(solve_all(problem, starts(problem, count, seed), jobs, timeout, chosen)) as ended:
-        for result in ended:
+        for found in ended:
+            result = replace(found, hand=problem.hand) if isinstance(found, Solution) else found
             progress(result)
             results.append(result)
-    solutions = rank([replace(r, hand=problem.hand) for r in results if isinstance(r, Solution)], settings.rank_by)
+    solutions = rank([r for r in results if isinstance(r, Solution)], settings.rank_by)
     if far:
         problem, solutions = moved_problem(problem, middle), [moved_solution(s, middle) for s in solutions]
     failures = sorted((r for r in results if isinstance(r, Failure)), key=lambda f: f.start)

@@ -165,7 +165,7 @@ PENALTY = replace(SMALL, solver=Solver(formulation="penalty"))
     ],
 )
 def test_a_start_that_hangs_dies_or_raises_fails_alone(problem, monkeypatch, task, timeout, reason):
-    monkeypatch.setattr("sgnlp.planning.pool.Planner", lambda problem: None)
+    monkeypatch.setattr("sgnlp.planning.pool.Planner", lambda problem, solver: None)
     results = list(map_starts(task, problem, starts(problem, STARTS, 0), 2, timeout))
     assert Failure(1, reason) in results
     assert {0, 2} <= {r for r in results if isinstance(r, int)}

@@ -1,9 +1,11 @@
 """Solvers: all that run find a known solution, what they call is counted, their functions are exact."""
 
 import os
+import re
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import casadi as ca
 import numpy as np
@@ -126,16 +128,19 @@ def test_what_libraries_print_is_lost_and_what_comes_after_is_not(capfd):
 PLAIN = replace(SMALL, solver=replace(SMALL.solver, formulation="penalty", compiled=False))
 
 
-class Signs(Solver):
-    """Steps along the signs of the gradient, that turn back where it does: ten lines of a user's own."""
+PAGE = (Path(__file__).parents[2] / "docs" / "pages" / "howto" / "solver.md").read_text(encoding="utf-8")
 
-    def solve(self, nlp, x):
-        step, before = 0.1 * np.ones_like(x), np.zeros_like(x)
-        for _ in range(100):
-            gradient = nlp.gradient(x)
-            step *= np.where(gradient * before > 0, 1.2, 0.5)
-            x, before = np.clip(x - step * np.sign(gradient), *nlp.x_bounds), gradient
-        return Answer(x)
+
+def of_the_page() -> type[Solver]:
+    """The optimiser of ten lines that the documentation shows."""
+    (code,) = re.findall(r"```python\n(import numpy[^`]*class Signs[^`]*)```", PAGE)
+    assert len(code[code.index("class") :].splitlines()) <= 10
+    names: dict = {}
+    exec(code, names)
+    return names["Signs"]
+
+
+Signs = of_the_page()
 
 
 @pytest.fixture(scope="module")
