@@ -63,7 +63,7 @@ class Ipopt(CasadiSolver):
         }
 
 
-SLOWER = "the steps of the same on MUMPS, twice as slow"
+SLOWER = "takes the same steps as on MUMPS in twice the time"
 
 ENTRIES = (
     Entry(Ipopt(), "interior point", 2, "Ipopt, exact Hessian, MUMPS; the default"),
