@@ -10,7 +10,9 @@ from sgnlp.simulation.outcome import Outcome
 from sgnlp.simulation.settings import SimulationSettings
 
 
-def simulate(solution: Solution | None, observation: Observation, settings: SimulationSettings = DEFAULTS) -> Outcome:
+def simulate(
+    solution: Solution | None, observation: Observation, settings: SimulationSettings = DEFAULTS
+) -> Outcome:
     """Close, lift, hold and push in MuJoCo: whether a solution of a plan holds the object that `observation` knows.
 
     Raises:
