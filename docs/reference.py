@@ -23,6 +23,7 @@ from sgnlp.cli import COMMANDS, run
 from sgnlp.perception.observation import ObservationSettings
 from sgnlp.perception.synthetic.cameras import DepthCamera
 from sgnlp.perception.synthetic.scenes import Ring
+from sgnlp.planning.solvers import SOLVERS
 from sgnlp.show.sheets import markdown
 from sgnlp.simulation import SimulationSettings
 
@@ -136,7 +137,9 @@ def record(name: str) -> str:
     )
 
 
-MARKER = re.compile(r"<!-- (?P<maker>fields|rooms|table)(?:: (?P<name>[\w./-]+)(?: \| (?P<title>[^\n]+))?)? -->")
+MARKER = re.compile(
+    r"<!-- (?P<maker>fields|rooms|table|solvers)(?:: (?P<name>[\w./-]+)(?: \| (?P<title>[^\n]+))?)? -->"
+)
 """A comment that stands for what is made: `table: FILE | the beginning of the title that the table stands below`."""
 
 
@@ -146,8 +149,15 @@ def filled(page: str) -> str:
         "fields": lambda marker: record(marker["name"]),
         "rooms": lambda _: rooms.drawn() + "\n\n" + rooms.described(),
         "table": lambda marker: copied(marker["name"], marker["title"] or ""),
+        "solvers": lambda _: solvers(),
     }
     return MARKER.sub(lambda marker: makers[marker["maker"]](marker), page)
+
+
+def solvers() -> str:
+    """The table of solvers."""
+    rows = [[f"`{name}`", e.kind, str(e.derivatives), e.summary, e.known] for name, e in SOLVERS.items()]
+    return markdown([["name", "kind", "derivatives", "what it is", "why a comparison leaves it out"], *rows])
 
 
 def copied(file: str, title: str = "") -> str:

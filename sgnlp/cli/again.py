@@ -11,6 +11,7 @@ from sgnlp.base.presets import PRESETS, VARIANTS, preset
 from sgnlp.cli.flags import Observing
 from sgnlp.perception.observation import PLAIN
 from sgnlp.planning import reopen
+from sgnlp.planning.solvers import SOLVERS, settled
 
 FILE = "FILE"
 """Stands for the cloud's file where it is not known: planned from Python, without a file."""
@@ -20,15 +21,19 @@ DEFAULTS = Observing()
 def command(meta: Mapping[str, Any], folder: Path) -> str:
     """`sgnlp solve` with the flags that differ from their defaults; the preset is the one that needs the fewest.
 
-    A hand that is not one of `sgnlp hands` is given by its name, since its folder is not known.
+    A hand that is not one of `sgnlp hands` is given by its name, since its folder is not known. A solver of the
+    user's own is not named.
     """
     words = ["sgnlp", "solve", str(meta.get("source") or FILE)]
     words += differences(asdict(PLAIN), asdict(reopen.reading(dict(meta))))
     for name in ("hand", "starts", "seed", "timeout"):
         words += changed("", {name: getattr(DEFAULTS, name)}, meta)
+    usual = settled(None, reopen.settings(dict(meta)).solver).name
+    solver = (meta.get("solver") or {}).get("name", usual)
+    words += ["--solver", solver] if solver != usual and solver in SOLVERS else []
     words += _settings(dict(meta))
-    usual = Path("results") / str(meta["object"])
-    return shlex.join(words + (["--out", str(folder)] if folder != usual else []))
+    place = Path("results") / str(meta["object"])
+    return shlex.join(words + (["--out", str(folder)] if folder != place else []))
 
 
 def _settings(meta: dict[str, Any]) -> list[str]:

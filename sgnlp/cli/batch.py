@@ -90,7 +90,7 @@ class Batch(Extending, Tabling, Observing):
             return
         console.print("Compiling the functions first, once for all objects (--no-build leaves them interpreted).")
         try:
-            compiling.build(hand, self, self.jobs, bar)
+            compiling.build(hand, self.additions.structures(self.settings), self.jobs, bar)
         except (SolverError, MachineError) as error:
             console.print(f"The functions stay interpreted: {error}", soft_wrap=True)
 
@@ -102,6 +102,7 @@ class Batch(Extending, Tabling, Observing):
             count=self.starts,
             seed=self.seed,
             timeout=self.timeout,
+            solver=self.solver,
             reading=self.reading,
             extension=self.extension,
         )
@@ -114,7 +115,7 @@ class Batch(Extending, Tabling, Observing):
     def _made(self, hand: Hand) -> dict[str, Any]:
         """How and by which process the rows are made; they depend on `study` and on the clouds."""
         flags = {key: value for key, value in asdict(self).items() if key != "files"}
-        study = {key: flags[key] for key in ("seed", "starts", "reading", "settings")}
+        study = {key: flags[key] for key in ("seed", "starts", "solver", "reading", "settings")}
         process = {"process": os.getpid(), "host": platform.node()}
         plain = json.loads(json.dumps({"batch": flags, "study": {"hand": hand.name} | study}, default=str))
         return made(**process, **plain)

@@ -36,8 +36,9 @@ class Cache(Extending, Planning):
         if self.clear:
             toolchain.clear()
         if self.build:
+            hand, structures = load_hand(self.hand, self.settings.spheres), self.additions.structures(self.settings)
             with bars(console) as bar:
-                compiling.build(load_hand(self.hand, self.settings.spheres), self, self.jobs, bar)
+                compiling.build(hand, structures, self.jobs, bar)
         libraries = [file for file in toolchain.entries() if file.suffix == ".so"]
         sizes = {file.name: f"{file.stat().st_size / 1e6:.2f} MB" for file in libraries}
         console.print(tables.facts_table(f"Compiled, in {toolchain.cache_folder()}", sizes))

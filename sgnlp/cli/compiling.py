@@ -3,7 +3,7 @@
 import os
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Protocol
@@ -19,6 +19,7 @@ from sgnlp.cli.progress import Bar
 from sgnlp.hand.hand import Hand
 from sgnlp.planning.additions import Additions
 from sgnlp.program import compiled
+from sgnlp.program.structure import Structure
 from sgnlp.surface import native
 
 PATIENCE = 10
@@ -40,14 +41,14 @@ class Asked(Protocol):
     def additions(self) -> Additions: ...  # noqa: D102
 
 
-def build(hand: Hand, asked: Asked, jobs: int, bar: Callable[[str, int | None], Bar]) -> None:
-    """Compile what a command's plans need, unless that is done; `bar` makes a progress bar.
+def build(hand: Hand, structures: Sequence[Structure], jobs: int, bar: Callable[[str, int | None], Bar]) -> None:
+    """Compile what plans need, unless that is done; `bar` makes a progress bar.
 
     Raises:
         SolverError: there is no compiler, it fails, or the cache cannot be written.
         MachineError: there is no room for it.
     """
-    for structure in asked.additions.structures(asked.settings):
+    for structure in structures:
         progress = bar(f"compiling {structure.formulation.name}", None).move
         try:
             compiled.compile_program(hand, structure, jobs, progress)

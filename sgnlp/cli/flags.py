@@ -19,6 +19,7 @@ from sgnlp.perception.observation import PLAIN, Reading
 from sgnlp.planning import environment, results
 from sgnlp.planning.additions import NOTHING, Additions
 from sgnlp.planning.extension import Extension, extension
+from sgnlp.planning.solvers import solver_named
 
 Command = TypeVar("Command")
 ROWS, PARQUET = "rows.csv", "rows.parquet"
@@ -74,10 +75,18 @@ class Starting(Planning):
 class Observing(Starting):
     """The same, how the cloud is read, and the time limit of a start."""
 
+    solver: str | None = None
+    """a solver of `sgnlp solvers`; if not given, Ipopt, which plans best"""
     timeout: Positive = 60.0
     """wall-clock limit of a start [s]"""
     reading: Annotated[Reading, tyro.conf.arg(name="")] = PLAIN
     """how the cloud is read"""
+
+    def __post_init__(self) -> None:
+        """Also that there is such a solver."""
+        super().__post_init__()
+        if self.solver is not None:
+            solver_named(self.solver)
 
 
 @dataclass(kw_only=True)

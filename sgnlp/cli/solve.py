@@ -52,6 +52,7 @@ class Solve(Extending, Observing):
                 observation,
                 hand,
                 self.settings,
+                solver=self.solver,
                 extension=self.extension,
                 count=self.starts,
                 seed=self.seed,

@@ -1,6 +1,5 @@
 """Nonlinear programs of problems for whoever has only CasADi: functions, bounds, a start, the best known point."""
 
-from copy import copy
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -13,10 +12,10 @@ from pinocchio.liegroups import SE3
 from sgnlp.experiments import load_nlp
 from sgnlp.hand.kinematics import integrate
 from sgnlp.planning import results
-from sgnlp.planning.ipopt import Planner
+from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import Problem
-from sgnlp.planning.starts import Start, initial
-from sgnlp.planning.warm_start import handed_over
+from sgnlp.planning.solvers.solver import NlpInstance
+from sgnlp.planning.starts import Start
 from sgnlp.program.compiled import program
 from sgnlp.program.nlp import variable_units
 from sgnlp.program.standalone import functions
@@ -67,58 +66,41 @@ class Exported:
         results.write_text(folder / "load.py", Path(load_nlp.__file__).read_text(encoding="utf-8"))
 
 
-def export(name: str, problem: Problem, starts: list[Start], index: int, seed: int) -> Exported:
-    """The last program of the settings' formulation as `starts[index]` meets it, with the best of what all end in.
+def export(name: str, planner: Planner, starts: list[Start], index: int, seed: int) -> Exported:
+    """The last program of a planner as `starts[index]` meets it, with the best of what all end in.
 
     The variables are seen from that start's pose; what others end in counts where it is within its bounds.
     """
-    start, planner = starts[index], Planner(problem)
-    oracle = planner.phases[-1].oracle
-    nlp = program(problem.hand, oracle.nlp.structure, compiled=False)  # compiled functions cannot be written
-    p = problem.parameters(nlp, start.wrist, start.joints)
-    x_bounds, g_bounds = problem.variable_bounds(nlp, start.joints), problem.row_bounds(nlp)
-    x0 = np.clip(handed_over(oracle, _before_last(planner, start), p, g_bounds), *x_bounds)
-    ends = []
-    for other in starts:
-        iterate = planner.solve(other)
-        x = _seen_from(problem, start, other, iterate.x)
-        residual = max(_off(x, x_bounds), _off(oracle.values(x, p), g_bounds))
-        objective = float(oracle.objective(x, p))
-        ends.append(((residual > FEASIBLE, objective if residual <= FEASIBLE else residual), x, other, iterate))
-    _, x, best, iterate = min(ends, key=lambda end: end[0])
-    written = functions(nlp, problem.gpis, p)
+    start, problem, last = starts[index], planner.problem, planner.stages[-1]
+    nlp = program(problem.hand, last.nlp.structure, compiled=False)  # compiled functions cannot be written
+    instance, x0 = planner.begin(last, start)
+    answers = [planner.run(s) for s in starts]
+    for first in answers[index][:-1]:  # where the program before it ended
+        x0 = last.admitted(first.x, instance)
+    points = [_seen_from(problem, start, s, found[-1].x) for s, found in zip(starts, answers, strict=True)]
+    known = [(_residual(instance, x), x, s, found) for x, s, found in zip(points, starts, answers, strict=True)]
+    residual, x, best, found = min(known, key=lambda k: _rank(k[0], instance.objective(k[1])))
+    written = functions(nlp, problem.gpis, instance.p)
     entry = Entry(
         name=name,
-        formulation=nlp.structure.formulation,
+        formulation=nlp.structure.formulation.name,
         start=start.index,
         variables=len(x),
         rows=sum(nlp.row_sizes),
         jacobian_nonzeros=written["jacobian"].nnz_out("jac_g_x"),
         hessian_nonzeros=written["hessian"].nnz_out(0),
         surface_points=len(problem.gpis.X),
-        initial=float(oracle.objective(x0, p)),
-        best=float(oracle.objective(x, p)),
-        residual=max(_off(x, x_bounds), _off(oracle.values(x, p), g_bounds)),
-        solver=f"ipopt {iterate.status}",
+        initial=instance.objective(x0),
+        best=instance.objective(x),
+        residual=residual,
+        solver=f"{planner.solver.name} {found[-1].status}",
         best_start=best.index,
         seed=seed,
-        iterations=iterate.iterations,
+        iterations=sum(answer.iterations for answer in found),
     )
     names = {"variable_names": np.array(nlp.variable_names), "row_names": np.array(nlp.row_names)}
-    bounds = dict(zip(("lbx", "ubx", "lbg", "ubg"), (*x_bounds, *g_bounds), strict=True))
+    bounds = dict(zip(("lbx", "ubx", "lbg", "ubg"), (*instance.x_bounds, *instance.g_bounds), strict=True))
     return Exported(entry, written, {"x0": x0, "x_best": x, **bounds, "units": nlp.units, **names})
-
-
-def _before_last(planner: Planner, start: Start) -> Array:
-    """Where the last phase begins: at the start, or where the phase before it ends."""
-    before = copy(planner)
-    before.phases = planner.phases[:-1]
-    return before.solve(start).x if before.phases else initial(planner.phases[-1].oracle.nlp, start)
-
-
-def _off(values: Array, bounds: tuple[Array, Array]) -> float:
-    """The largest violation of a bound."""
-    return float(np.abs(values - np.clip(values, *bounds)).max())
 
 
 def _seen_from(problem: Problem, start: Start, other: Start, x: Array) -> Array:
@@ -129,3 +111,16 @@ def _seen_from(problem: Problem, start: Start, other: Start, x: Array) -> Array:
     wrist, joints = integrate(problem.hand, other.wrist, other.joints, (x[: len(units)] * units)[:n])
     v = np.concatenate([SE3().difference(start.wrist, wrist), joints - start.joints])
     return np.concatenate([v / units[:n], x[n:]])
+
+
+def _residual(instance: NlpInstance, x: Array) -> float:
+    g = instance.rows(x)
+    return float(
+        max(np.abs(x - np.clip(x, *instance.x_bounds)).max(), np.abs(g - np.clip(g, *instance.g_bounds)).max())
+    )
+
+
+def _rank(residual: float, objective: float) -> tuple[bool, float]:
+    """Feasible points by their objective, then the others by how far they are from it."""
+    feasible = residual <= FEASIBLE
+    return not feasible, objective if feasible else residual

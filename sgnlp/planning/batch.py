@@ -22,6 +22,7 @@ from sgnlp.planning import results
 from sgnlp.planning.extension import Extension
 from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.solve import solve
+from sgnlp.planning.solvers import settled
 from sgnlp.planning.workers import Workers, each, one_at_a_time
 
 
@@ -37,6 +38,7 @@ class Task:
     count: int = 7
     seed: int = 0
     timeout: float = 60.0
+    solver: str | None = None
     reading: Reading = PLAIN
     extension: Extension | None = None
     root: Path = field(default_factory=Path.cwd)
@@ -122,8 +124,8 @@ def plan(task: Task, file: Path) -> Planned:
     """The result for one file."""
     with one_at_a_time():
         hand = load_hand(task.hand, task.settings.spheres)
-        options = {"count": task.count, "seed": task.seed, "timeout": task.timeout, "extension": task.extension}
-        found = solve(task.load(file), hand, task.settings, jobs=1, **options)  # type: ignore[arg-type]
+        options = {"count": task.count, "seed": task.seed, "timeout": task.timeout, "solver": task.solver}
+        found = solve(task.load(file), hand, task.settings, jobs=1, extension=task.extension, **options)  # type: ignore[arg-type]
         return found.arrays(), found.summary(), found.histories()
 
 
@@ -161,7 +163,9 @@ def _expected(task: Task) -> dict[str, Any]:
     hand = load_hand(task.hand, task.settings.spheres)
     made = {"hand": hand.name, "settings": asdict(task.settings), "seed": task.seed, "starts": task.count}
     told = {"file": task.extension.file, "sha256": task.extension.digest} if task.extension else None
-    return json.loads(json.dumps(made | {"timeout": task.timeout, "extension": told}))
+    own = task.extension.additions().solver if task.extension else None
+    solver = settled(task.solver or own, task.settings.solver)
+    return json.loads(json.dumps(made | {"timeout": task.timeout, "extension": told, "solver": solver.told()}))
 
 
 def _known(folder: Path, expected: dict[str, Any]) -> Grasps | None:

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.optimize import nnls
 
 from sgnlp.planning.kkt import Kkt, residuals
 from sgnlp.planning.solvers.solver import Array, Multipliers, NlpInstance
@@ -39,6 +38,8 @@ def estimated(nlp: NlpInstance, x: Array) -> Multipliers:
 
     They are 0 where x is not finite, or the least squares do not end.
     """
+    from scipy.optimize import nnls  # a tenth of a second, and Ipopt has multipliers
+
     gradient = np.array(nlp.functions.gradient(x, nlp.p)[1]).ravel()
     g, J = (np.array(block) for block in nlp.functions.jacobian(x, nlp.p))
     values, lam = np.concatenate([x, g.ravel()]), np.zeros(len(x) + g.size)

@@ -1,6 +1,6 @@
 """A plan: the ranked grasps of one observation, and what is said of them in arrays and in plain values."""
 
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,8 @@ from sgnlp.planning.planner import History
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution, torque_share
+from sgnlp.planning.solvers.ipopt import Ipopt
+from sgnlp.planning.solvers.solver import Solver
 from sgnlp.program.constraint import Check
 
 
@@ -38,6 +40,12 @@ class Plan:
     timeout: float
     seconds: dict[str, float]
     extension: Extension | None = None
+    solver: Solver = field(default_factory=Ipopt)
+
+    @property
+    def tolerance(self) -> float:
+        """What the solver was asked for."""
+        return self.solver.tolerance or self.problem.settings.solver.tolerance
 
     @property
     def best(self) -> Solution | None:
@@ -63,6 +71,7 @@ class Plan:
             "kinematics": kinematics_backend(),
             "formulation": self.problem.formulation.name,
             "kernel": self.problem.gpis.kernel.name,
+            "solver": self.solver.told(),
             "terms": [term.name for term in self.problem.terms],
             "constraints": [constraint.name for constraint in self.problem.constraints],
             "extension": {"file": self.extension.file, "sha256": self.extension.digest} if self.extension else None,
@@ -76,8 +85,11 @@ class Plan:
         return stack(self.problem.hand, self.problem.terms, self.solutions, self.meta())
 
     def histories(self) -> dict[str, NDArray[Any]]:
-        """How every start went: the columns of `History` with the number of the start before them, start by start."""
-        if not self.solutions:
+        """How every start went: the columns of `History` with the number of the start before them, start by start.
+
+        Empty if the solver told of no point that it went through.
+        """
+        if not any(len(s.history.energy) for s in self.solutions):
             return {}
         ordered = sorted(self.solutions, key=lambda s: s.start)
         columns = {f.name: np.concatenate([getattr(s.history, f.name) for s in ordered]) for f in fields(History)}
@@ -85,12 +97,11 @@ class Plan:
 
     def summary(self) -> dict[str, Any]:
         """The plan's outcome: counts, every start, the best grasp's breakdown, what was dropped or assumed."""
-        tolerance = self.problem.settings.solver.tolerance
         return self.meta() | {
             "notes": list(self.observation.notes),
             "cautions": cautions(Planned(self.arrays(), self.problem.hand, self.observation, self.problem)),
             "feasible": sum(s.feasible for s in self.solutions),
-            "solved": sum(s.solved(tolerance) for s in self.solutions),
+            "solved": sum(s.solved(self.tolerance) for s in self.solutions),
             "starts_table": [_start(s, rank) for rank, s in enumerate(self.solutions)]
             + [{"start": f.start, "failure": f.reason} for f in self.failures],
             "best": _grasp(self.best, self) if self.best else None,

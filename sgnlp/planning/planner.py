@@ -1,18 +1,20 @@
 """A solver on the programs of a problem, in turn: from a start to the point where the last one ends."""
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
+from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.planning.firstorder import learning_rates
+from sgnlp.base.errors import SolverError
 from sgnlp.planning.kkt import SOLVED_FACTOR, Kkt
 from sgnlp.planning.multipliers import recomputed
 from sgnlp.planning.problem import Problem
-from sgnlp.planning.solvers.ipopt import Ipopt
+from sgnlp.planning.solvers import settled
+from sgnlp.planning.solvers.first_order import learning_rates
 from sgnlp.planning.solvers.solver import Answer, NlpInstance, Solver
 from sgnlp.planning.starts import Start, initial
 from sgnlp.planning.violations import Violation, violations
@@ -76,16 +78,19 @@ class Stage:
 
 
 class Planner:
-    """A solver on one problem, in its formulation.
+    """A solver, given as an object or by its name (Ipopt if not at all), on one problem, in its formulation.
 
     `metered` may put other functions in the place of an oracle's, for instance ones that count.
     """
 
     def __init__(
-        self, problem: Problem, solver: Solver | None = None, metered: Callable[[Oracle], Functions] = lambda o: o
+        self,
+        problem: Problem,
+        solver: Solver | str | None = None,
+        metered: Callable[[Oracle], Functions] = lambda oracle: oracle,
     ):
         self.problem, chosen = problem, problem.settings.solver
-        self.solver = solver or Ipopt.of(chosen)
+        self.solver = settled(solver, chosen)
         self.tolerance = self.solver.tolerance or chosen.tolerance
         self.stages = []
         for phase in problem.phases:
@@ -106,42 +111,62 @@ class Planner:
             rates=np.pad(rates, (0, len(nlp.units) - len(rates)), constant_values=np.nan),
         )
 
-    def run(self, start: Start) -> list[tuple[NlpInstance, Answer]]:
-        """The programs with their answers, each from where the one before it ended."""
-        x, found = initial(self.stages[0].nlp, start), []
+    def begin(self, stage: Stage, start: Start) -> tuple[NlpInstance, Array]:
+        """The program of a stage with the numbers of a start, and the start as a point of it (nx,)."""
+        instance = self.instance(stage, start)
+        return instance, stage.admitted(initial(stage.nlp, start), instance)
+
+    def prepare(self, start: Start) -> None:
+        """Let the solver build what does not depend on the numbers of a start."""
+        for stage in self.stages:
+            self.solver.prepare(self.instance(stage, start))
+
+    def run(self, start: Start) -> list[Answer]:
+        """The answers to the programs, each solved from where the one before it ended."""
+        x, answers = initial(self.stages[0].nlp, start), []
         for stage in self.stages:
             instance = self.instance(stage, start)
-            answer = self.solver.solve(instance, stage.admitted(x, instance))
-            x = answer.x
-            found.append((instance, answer))
-        return found
+            answers.append(self.solver.solve(instance, stage.admitted(x, instance)))
+            x = answers[-1].x
+        return answers
 
     def solve(self, start: Start) -> Iterate:
-        """Run all, and recompute what the end is worth."""
-        begin, last = time.perf_counter(), self.stages[-1]
-        legs = self.run(start)
-        instance, answer = legs[-1]
-        nlp, p = last.nlp, instance.p
-        kkt, _ = recomputed(instance, answer.x, answer.multipliers, (*nlp.variable_names, *nlp.row_names))
-        parts = [_leg(s.nlp.structure.formulation.name, a) for s, (_, a) in zip(self.stages, legs, strict=True)]
+        """Run all, and recompute what the end is worth. Raises `SolverError` if the solver has no answer."""
+        self.prepare(start)
+        begin = time.perf_counter()
+        answers = self.run(start)
+        if not np.isfinite(answers[-1].x).all():
+            raise SolverError(f"the answer of {self.solver.name} is not finite")
+        return replace(self.ended(start, answers), seconds=time.perf_counter() - begin)
+
+    def ended(self, start: Start, answers: Sequence[Answer], kkt: Kkt | None = None) -> Iterate:
+        """What the answers to the last programs stand for; `kkt` are the residuals of the last, if they are known."""
+        last, answer = self.stages[-1], answers[-1]
+        instance, nlp = replace(self.instance(last, start), functions=last.oracle), last.nlp
+        names, limit = (*nlp.variable_names, *nlp.row_names), SOLVED_FACTOR * self.tolerance
+        rows = partial(last.oracle.values, p=instance.p)
+        legs = [
+            _leg(stage.nlp.structure.formulation.name, a)
+            for stage, a in zip(self.stages[-len(answers) :], answers, strict=True)
+        ]
         return Iterate(
             start=start.index,
             formulation=nlp.structure.formulation.name,
             x=answer.x,
-            p=p,
-            objective=float(last.oracle.objective(answer.x, p)),
-            kkt=kkt,
+            p=instance.p,
+            objective=instance.objective(answer.x),
+            kkt=kkt or recomputed(instance, answer.x, answer.multipliers, names)[0],
             status=answer.status,
-            iterations=sum(answer.iterations for _, answer in legs),
-            seconds=time.perf_counter() - begin,
-            history=History(*(np.concatenate(column) for column in zip(*parts, strict=True))),
-            violations=violations(
-                nlp, partial(last.oracle.values, p=p), answer.x, instance.g_bounds, SOLVED_FACTOR * self.tolerance
-            ),
+            iterations=sum(a.iterations for a in answers),
+            seconds=nan,
+            history=History(*(np.concatenate(column) for column in zip(*legs, strict=True))),
+            violations=violations(nlp, rows, answer.x, instance.g_bounds, limit),
         )
 
 
 def _leg(formulation: str, answer: Answer) -> tuple[NDArray[np.str_], Array, Array, Array, Array]:
-    """The columns of `History` for one program."""
-    energy, primal, dual, barrier = (np.array(answer.way.get(k, ()), float) for k in ("obj", "inf_pr", "inf_du", "mu"))
+    """The columns of `History` for one program; NaN where the solver does not tell one."""
+    energy = np.array(answer.way.get("obj", ()), float)
+    others = [np.array(answer.way.get(name, ()), float) for name in ("inf_pr", "inf_du", "mu")]
+    primal, dual, barrier = (o if len(o) == len(energy) else np.full(len(energy), nan) for o in others)
     return np.full(len(energy), formulation), ENERGY_UNIT * energy, primal, dual, barrier

@@ -17,6 +17,7 @@ from pebble import CONSTS, ProcessExpired, ProcessPool
 from threadpoolctl import threadpool_limits
 
 from sgnlp.base import semaphores
+from sgnlp.base.errors import SgnlpError
 from sgnlp.base.processes import die_with_parent
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import Problem
@@ -30,7 +31,7 @@ T = TypeVar("T")
 CONSTS.sleep_unit = 0.01
 """Seconds between two looks of a pool at its processes. With pebble's 0.1 ending a pool takes as long as a start."""
 
-Given = tuple[Problem, Solver | None]
+Given = tuple[Problem, Solver | str | None]
 
 _given: Given | None = None
 
@@ -50,7 +51,7 @@ def solve_start(planner: Planner, start: Start) -> Solution:
 
 
 def solve_all(
-    problem: Problem, starts: Sequence[Start], jobs: int, timeout: float | None, solver: Solver | None = None
+    problem: Problem, starts: Sequence[Start], jobs: int, timeout: float | None, solver: Solver | str | None = None
 ) -> Generator[Solution | Failure, None, None]:
     """Solve every start in `jobs` processes, yielding solutions as they come; see `map_starts`."""
     return map_starts(solve_start, problem, starts, jobs, timeout, solver)
@@ -62,7 +63,7 @@ def map_starts(
     starts: Sequence[Start],
     jobs: int,
     timeout: float | None,
-    solver: Solver | None = None,
+    solver: Solver | str | None = None,
 ) -> Generator[T | Failure, None, None]:
     """Apply a task to every start in `jobs` processes, yielding results as they come.
 
@@ -109,7 +110,8 @@ def _expired(start: Start, code: int | None) -> Failure:
 
 
 def _failed(start: Start, error: Exception) -> Failure:
-    return Failure(start.index, f"{type(error).__name__}: {str(error).splitlines()[0] if str(error) else ''}")
+    line = (str(error).strip().splitlines() or [""])[-1]  # CasADi ends with the cause
+    return Failure(start.index, line if isinstance(error, SgnlpError) else f"{type(error).__name__}: {line}")
 
 
 def _apart(task: Callable[[Planner, Start], T], given: Given, start: Start, timeout: float | None) -> T | Failure:
@@ -138,21 +140,22 @@ def _send(pipe: Connection, task: Callable[[Planner, Start], T], given: Given, s
         pipe.send(_failed(start, error))
 
 
-def _initialise(problem: Problem, solver: Solver | None) -> None:
+def _initialise(problem: Problem, solver: Solver | str | None) -> None:
     """Ready a worker: interrupts are the parent's business, and one process is one thread."""
     global _given
     die_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threadpool_limits(1)
     _given = problem, solver
+    _planner.cache_clear()
 
 
 @lru_cache(maxsize=1)
-def _planner(problem: Problem, solver: Solver | None) -> Planner:
+def _planner() -> Planner:
     """Made with the first task and not on the worker's start, so that an error is the task's."""
-    return Planner(problem, solver)
+    assert _given is not None
+    return Planner(*_given)
 
 
 def _run(task: Callable[[Planner, Start], T], start: Start) -> T:
-    assert _given is not None
-    return task(_planner(*_given), start)
+    return task(_planner(), start)

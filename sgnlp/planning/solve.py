@@ -17,6 +17,7 @@ from sgnlp.planning.plan import Plan
 from sgnlp.planning.pool import Failure, solve_all
 from sgnlp.planning.problem import build_problem
 from sgnlp.planning.solution import Solution, rank
+from sgnlp.planning.solvers import settled, solver_named
 from sgnlp.planning.solvers.solver import Solver
 from sgnlp.planning.starts import starts
 from sgnlp.program.constraint import Constraint
@@ -35,7 +36,7 @@ def solve(
     without_terms: Sequence[str] = (),
     without_constraints: Sequence[str] = (),
     formulation: Formulation | None = None,
-    solver: Solver | None = None,
+    solver: Solver | str | None = None,
     kernel: type[Kernel] | None = None,
     extension: Extension | None = None,
     count: int = 7,
@@ -55,7 +56,7 @@ def solve(
         without_terms: names of built-in terms to leave out.
         without_constraints: names of built-in constraints to leave out.
         formulation: in the place of that of the settings.
-        solver: in the place of Ipopt as the settings have it.
+        solver: in the place of Ipopt as the settings have it: a name of `sgnlp solvers`, or an object of yours.
         kernel: of the surface, a subclass of `sgnlp.Kernel`; in the place of that of the settings.
         extension: what a file adds to all of these, from `sgnlp.extension`.
         count: number of starts; the first are those of the hand's file.
@@ -65,23 +66,25 @@ def solve(
         progress: called with each result as it comes.
 
     Raises:
-        InputError: the hand or a setting is not valid, or the surface cannot be fitted.
+        InputError: the hand, a setting or a name is not valid, or the surface cannot be fitted.
     """
     if min(count, jobs) < 1 or not timeout > 0 or seed < 0:
         raise InputError(f"count {count}, jobs {jobs}, timeout {timeout:g} must be positive, seed {seed} not negative")
     begin = time.perf_counter()
+    solver = solver_named(solver) if isinstance(solver, str) else solver
     middle = origin(observation)
     far = bool(middle.any())
     without = tuple(without_terms), tuple(without_constraints)
     additions = Additions(tuple(terms), tuple(constraints), *without, formulation, solver, kernel)
     additions = additions.and_of(extension.additions()) if extension else additions
+    chosen = settled(additions.solver, settings.solver)
     near = moved_cloud(observation, -middle) if far else observation
     problem = build_problem(near, hand, settings, seed, additions)
     fitted = time.perf_counter()
     results = []
-    with closing(solve_all(problem, starts(problem, count, seed), jobs, timeout, additions.solver)) as ended:
-        for result in ended:
-            result = replace(result, hand=problem.hand) if isinstance(result, Solution) else result
+    with closing(solve_all(problem, starts(problem, count, seed), jobs, timeout, chosen)) as ended:
+        for found in ended:
+            result = replace(found, hand=problem.hand) if isinstance(found, Solution) else found
             progress(result)
             results.append(result)
     solutions = rank([r for r in results if isinstance(r, Solution)], settings.rank_by)
@@ -89,4 +92,6 @@ def solve(
         problem, solutions = moved_problem(problem, middle), [moved_solution(s, middle) for s in solutions]
     failures = sorted((r for r in results if isinstance(r, Failure)), key=lambda f: f.start)
     seconds = {"fit": fitted - begin, "solve": time.perf_counter() - fitted}
-    return Plan(observation, problem, tuple(solutions), tuple(failures), seed, jobs, timeout, seconds, extension)
+    return Plan(
+        observation, problem, tuple(solutions), tuple(failures), seed, jobs, timeout, seconds, extension, chosen
+    )

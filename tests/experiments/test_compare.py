@@ -22,8 +22,9 @@ from sgnlp.experiments.compare.runs import rows_of
 from sgnlp.experiments.compare.table import Table, claims, optima, pairs, shifted_geometric_mean, success
 from sgnlp.experiments.compare.verdict import across, advice, formulations_advice, hessians, verdicts
 from sgnlp.experiments.frames import frame
-from sgnlp.planning import results, solvers
-from sgnlp.planning.solvers.anatomy import Answer, Method
+from sgnlp.planning import results
+from sgnlp.planning.solvers import SOLVERS
+from sgnlp.planning.solvers.solver import Answer, Entry, Solver
 from sgnlp.show import plots
 
 INF = math.inf
@@ -252,8 +253,8 @@ def setup(folder: Path, solver: str, **change) -> Run:
 
 def pretend(monkeypatch, solve) -> None:
     """Have a solver `fake` whose solve is given."""
-    method = Method("fake", "none", 1, "pretends", lambda task: lambda x: solve(task, x))
-    monkeypatch.setattr(solvers, "found", lambda: {"fake": method})
+    kind = type("Fake", (Solver,), {"solve": lambda self, nlp, x: solve(nlp, x)})
+    monkeypatch.setitem(SOLVERS, "fake", Entry(kind(), "none", 1, "pretends"))
 
 
 def test_a_solver_that_reaches_both_tolerances_has_every_repeat(tmp_path):
@@ -271,7 +272,7 @@ def test_a_solver_that_reaches_both_tolerances_has_every_repeat(tmp_path):
 
 
 def test_a_lie_about_the_status_is_caught_by_the_residuals(tmp_path, monkeypatch):
-    pretend(monkeypatch, lambda task, x: Answer(x, "Solve_Succeeded", 1))
+    pretend(monkeypatch, lambda nlp, x: Answer(x, "Solve_Succeeded", 1))
     first, second = rows_of(setup(tmp_path, "fake"))
     assert claims(first.status)
     assert not first.reached
@@ -280,17 +281,17 @@ def test_a_lie_about_the_status_is_caught_by_the_residuals(tmp_path, monkeypatch
 
 
 def test_a_crash_is_a_row_with_the_reason(tmp_path, monkeypatch):
-    pretend(monkeypatch, lambda task, x: os.kill(os.getpid(), signal.SIGKILL))
+    pretend(monkeypatch, lambda nlp, x: os.kill(os.getpid(), signal.SIGKILL))
     rows = rows_of(setup(tmp_path, "fake"))
     assert [row.failure for row in rows] == ["killed by SIGKILL", "not tried: a looser tolerance was not reached"]
     assert not any(row.reached for row in rows)
 
 
 def test_a_solver_that_goes_on_is_stopped_where_it_is(tmp_path, monkeypatch):
-    def forever(task, x):
+    def forever(nlp, x):
         while True:
             x = x + 1e-6
-            task.functions.gradient(x, task.p)
+            nlp.gradient(x)
 
     monkeypatch.setattr("sgnlp.planning.solvers.process.WALL_FACTOR", PATIENT)
     pretend(monkeypatch, forever)
@@ -302,7 +303,7 @@ def test_a_solver_that_goes_on_is_stopped_where_it_is(tmp_path, monkeypatch):
 
 
 def test_a_solver_that_burns_without_a_call_is_ended_by_the_kernel(tmp_path, monkeypatch):
-    def burn(task, x):
+    def burn(nlp, x):
         while True:
             pass
 
@@ -313,7 +314,7 @@ def test_a_solver_that_burns_without_a_call_is_ended_by_the_kernel(tmp_path, mon
 
 
 def test_a_point_that_is_not_finite_is_not_reached(tmp_path, monkeypatch):
-    pretend(monkeypatch, lambda task, x: Answer(np.full_like(x, np.nan), "optimal", 1))
+    pretend(monkeypatch, lambda nlp, x: Answer(np.full_like(x, np.nan), "optimal", 1))
     assert not rows_of(setup(tmp_path, "fake"))[0].reached
 
 
@@ -337,7 +338,7 @@ def test_a_study_goes_on_and_takes_more_starts_and_solvers(tmp_path, monkeypatch
     assert worked == [("ipopt", 0), ("fatrop", 0), ("ipopt", 1), ("fatrop", 1)]
     assert len(results.read_rows(tmp_path / "out" / "rows.csv", Row)) == 8
     assert run([*common, "--solvers", "all", "--starts", "1"]) == 0
-    assert {name for name, _ in worked} == set(solvers.found())
+    assert {name for name, _ in worked} == set(SOLVERS)
     assert (tmp_path / "out" / "report.md").read_text(encoding="utf-8").startswith("# Which solver should I use?")
     assert run([*common, "--solvers", "ipopt", "--starts", "1", "--time-limit", "9"]) == 3
     assert "other settings" in capfd.readouterr().err

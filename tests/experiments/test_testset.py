@@ -12,6 +12,7 @@ from sgnlp.base.settings import Solver
 from sgnlp.cli import codes, run
 from sgnlp.experiments.testset import FEASIBLE, Entry, _seen_from, export
 from sgnlp.planning import results
+from sgnlp.planning.planner import Planner
 from sgnlp.planning.starts import starts
 from sgnlp.program.standalone import functions
 
@@ -40,7 +41,7 @@ np.savez("found.npz", status=solver.stats()["return_status"], **values)
 @pytest.fixture(scope="module")
 def exported():
     problem = posed(QUICK)
-    return export("ellipsoid", problem, starts(problem, 2, 0), 0, 0)
+    return export("ellipsoid", Planner(problem), starts(problem, 2, 0), 0, 0)
 
 
 @pytest.fixture(scope="module")
@@ -133,3 +134,6 @@ def test_the_command_writes_programs_and_a_catalogue_or_the_catalogue_alone(tmp_
     assert row.name == "cloud"
     assert row.solver == "ipopt Maximum_Iterations_Exceeded"
     assert run(["export", "cloud.npz", *flags, "--start", "1"]) == codes.BAD_INPUT
+    assert run(["export", "cloud.npz", *flags, "--solver", "slsqp", "--catalogue"]) == codes.FEASIBLE
+    (row,) = results.read_rows(written / "rows.csv", Entry)
+    assert row.solver == "slsqp Iteration limit reached"

@@ -1,21 +1,28 @@
 """First-order optimisers: one step by hand, their limits on simple functions, descent of the real energy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scenes import SMALL, hand, oracle, posed
 
-from sgnlp.planning.firstorder import (
+from sgnlp.base.settings import Solver
+from sgnlp.planning.planner import Planner
+from sgnlp.planning.solvers.first_order import (
     DECAY,
     EPSILON,
     OPTIMISERS,
     RATES,
     Descent,
+    FirstOrder,
     adamw,
-    descend,
+    descent,
     learning_rates,
     rmsprop,
 )
-from sgnlp.planning.starts import Start, initial, starts
+from sgnlp.planning.solvers.solver import NlpInstance
+from sgnlp.planning.starts import starts
+from sgnlp.program.formulations.penalty import Penalty
 from sgnlp.program.nlp import UNITS
 
 RATE = np.array([0.1, 0.02])
@@ -24,13 +31,16 @@ STEPS = 30
 
 
 @pytest.fixture(scope="module")
-def start() -> Start:
-    return starts(posed(SMALL), 1, 0)[0]
+def begun() -> tuple[NlpInstance, np.ndarray]:
+    """The penalty program and its first start."""
+    problem = replace(posed(SMALL), settings=replace(SMALL, solver=Solver(compiled=False)), formulation=Penalty())
+    planner = Planner(problem)
+    return planner.begin(planner.stages[0], starts(problem, 1, 0)[0])
 
 
 @pytest.fixture(scope="module", params=OPTIMISERS)
-def descent(request, start) -> Descent:
-    return descend(posed(SMALL), start, request.param, STEPS)
+def found(request, begun) -> Descent:
+    return descent(*begun, request.param, STEPS)
 
 
 def quadratic(optimiser: str, steps: int, rate: float = 0.01) -> np.ndarray:
@@ -97,34 +107,37 @@ def test_the_rates_are_those_of_the_release_in_scaled_units():
         assert RATES[name] / UNITS[name] < 0.05  # a step is small beside a variable of order 1
 
 
-def test_the_real_energy_is_lowered_and_the_best_on_the_way_is_kept(descent, start):
-    functions, problem = oracle(SMALL, "penalty"), posed(SMALL)
-    p = problem.parameters(functions.nlp, start.wrist, start.joints)
-    first = float(functions.objective(np.clip(initial(functions.nlp, start), *bounds(start)), p))
-    assert descent.energies.shape == (STEPS + 1,)
-    assert descent.energies[0] == pytest.approx(first, rel=1e-12)
-    assert descent.best == descent.energies.min() < first
-    assert descent.admissible >= descent.best
-    assert float(functions.objective(descent.x, p)) == pytest.approx(descent.best, rel=1e-12)
+def test_the_real_energy_is_lowered_and_the_best_on_the_way_is_kept(found, begun):
+    nlp, x = begun
+    assert found.energies.shape == (STEPS + 1,)
+    assert found.energies[0] == pytest.approx(nlp.objective(x), rel=1e-12)
+    assert found.best == found.energies.min() < found.energies[0]
+    assert found.admissible >= found.best
+    assert nlp.objective(found.x) == pytest.approx(found.best, rel=1e-12)
 
 
-def test_every_variable_stays_within_its_bounds(descent, start):
-    low, high = bounds(start)
-    assert (low <= descent.x).all()
-    assert (descent.x <= high).all()
+def test_every_variable_stays_within_its_bounds(found, begun):
+    low, high = begun[0].x_bounds
+    assert (low <= found.x).all()
+    assert (found.x <= high).all()
 
 
-def test_the_same_start_gives_the_same_descent(start):
-    a, b = (descend(posed(SMALL), start, "adamw", 5) for _ in range(2))
+def test_the_same_start_gives_the_same_descent(begun):
+    a, b = (descent(*begun, "adamw", 5) for _ in range(2))
     np.testing.assert_array_equal(a.energies, b.energies)
     np.testing.assert_array_equal(a.x, b.x)
 
 
-def test_more_steps_begin_with_the_same_ones(start):
-    longer, shorter = (descend(posed(SMALL), start, "rmsprop", steps).energies for steps in (6, 3))
+def test_more_steps_begin_with_the_same_ones(begun):
+    longer, shorter = (descent(*begun, "rmsprop", steps).energies for steps in (6, 3))
     np.testing.assert_array_equal(longer[:4], shorter)
 
 
-def bounds(start: Start) -> tuple[np.ndarray, np.ndarray]:
-    """Bounds of the scaled variables of the penalty formulation."""
-    return posed(SMALL).variable_bounds(oracle(SMALL, "penalty").nlp, start.joints)
+def test_the_answer_is_the_lowest_point_that_meets_the_rows_and_the_steps_end_with_the_programs_iterations(begun):
+    nlp, x = begun
+    found, answer = (
+        descent(*begun, "adamw", 5),
+        FirstOrder(optimiser="adamw", steps=9).solve(replace(nlp, iterations=5), x),
+    )
+    assert (answer.iterations, answer.lowest) == (5, found.best)
+    np.testing.assert_array_equal(answer.x, found.x_admissible if np.isfinite(found.admissible) else found.x)

@@ -21,7 +21,9 @@ from sgnlp.planning.pool import Failure, map_starts, solve_all
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution, solution
 from sgnlp.planning.solve import solve
+from sgnlp.planning.solvers import settled
 from sgnlp.planning.solvers.ipopt import Ipopt
+from sgnlp.planning.solvers.probe import instance
 from sgnlp.planning.starts import Start, starts
 from sgnlp.program.formulations import formulation
 
@@ -142,7 +144,7 @@ def die_or_answer(planner: Planner, start: Start) -> int:
 
 def raise_or_answer(planner: Planner, start: Start) -> int:
     if start.index == 1:
-        raise RuntimeError("Error in Function::call\nand more lines")
+        raise RuntimeError("Error in Function::call\nlibhsl.so is not there")
     return start.index
 
 
@@ -159,7 +161,7 @@ PENALTY = replace(SMALL, solver=Solver(formulation="penalty"))
     [
         (sleep_or_answer, 5.0, "stopped after 5 s"),  # the others end at once, on a busy machine too
         (die_or_answer, None, "process ended with exit code 7"),
-        (raise_or_answer, None, "RuntimeError: Error in Function::call"),
+        (raise_or_answer, None, "RuntimeError: libhsl.so is not there"),
     ],
 )
 def test_a_start_that_hangs_dies_or_raises_fails_alone(problem, monkeypatch, task, timeout, reason):
@@ -193,10 +195,27 @@ def test_an_interrupt_while_waiting_ends_every_process():
 
 @pytest.mark.parametrize("settings", PRESETS.values(), ids=PRESETS)
 def test_the_hessian_is_exact_in_every_preset(settings):
-    chosen = Ipopt.of(settings.solver).options(settings.solver.tolerance, 77)
+    chosen = settled("ipopt", settings.solver).options(replace(instance(settings.solver.tolerance), iterations=77))
     assert chosen.get("ipopt.hessian_approximation", "exact") == "exact"
     assert chosen["ipopt.max_iter"] == 77
     assert chosen["ipopt.tol"] == settings.solver.tolerance
+
+
+def test_ipopt_has_the_options_of_the_settings_where_it_has_none_of_its_own():
+    chosen = replace(SMALL.solver, mu_init=0.5, linear_solver="spral", tolerance=1e-4)
+    assert settled("ipopt", chosen).told() == {
+        "name": "ipopt-spral",
+        "tolerance": 1e-4,
+        "hessian": "exact",
+        "linear_solver": "spral",
+        "mu_strategy": "monotone",
+        "mu_init": 0.5,
+        "barrier_tolerance": 100.0,
+    }
+    own = settled(Ipopt(mu_init=0.2, linear_solver="mumps"), chosen)
+    options = own.options(instance())
+    assert (own.tolerance, own.name) == (1e-4, "ipopt")
+    assert (options["ipopt.mu_init"], options["ipopt.linear_solver"]) == (0.2, "mumps")
 
 
 def test_two_phases_are_a_few_penalty_iterations_and_then_the_constraints():

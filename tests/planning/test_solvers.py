@@ -1,22 +1,39 @@
-"""The anatomy of solvers: all that run find a known solution, what they call is counted, their functions are exact."""
+"""Solvers: all that run find a known solution, what they call is counted, their functions are exact."""
 
+import os
+import re
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import casadi as ca
 import numpy as np
 import pytest
+from plans import SMALL_FLAGS
 from processes import PATIENT
-from scenes import SMALL, oracle, posed, random_point
-from sgnlp.planning.solvers.multipliers import best_residuals
+from scenes import SMALL, hand, observation, oracle, posed, random_point
 
+import sgnlp
 from sgnlp.base.errors import InputError
 from sgnlp.cli import run
-from sgnlp.planning import solvers
-from sgnlp.planning.solvers.anatomy import Answer, Method, Refusal
+from sgnlp.cli.again import command
+from sgnlp.planning.multipliers import smallest_residuals
+from sgnlp.planning.plan import Plan
+from sgnlp.planning.planner import Planner
+from sgnlp.planning.results import HISTORY, load_grasps
+from sgnlp.planning.solvers import SOLVERS, solver_named
 from sgnlp.planning.solvers.bridge import differentiable
+from sgnlp.planning.solvers.ipopt import Ipopt
 from sgnlp.planning.solvers.meter import Meter
-from sgnlp.planning.solvers.probe import SOLUTION, START, missing, problem, task
-from sgnlp.planning.solvers.process import apart, spend
+from sgnlp.planning.solvers.plugins import Plugin
+from sgnlp.planning.solvers.probe import SOLUTION, START, instance, missing, problem
+from sgnlp.planning.solvers.process import apart, silence, spend
+from sgnlp.planning.solvers.solver import Answer, Refusal, Solver
+from sgnlp.planning.starts import starts
+from sgnlp.program.formulations.penalty import Penalty
+from sgnlp.show import plots
+from sgnlp.show.report.figures import convergence
 
 SOLVE = ["ipopt", "ipopt-limited", "ipopt-spral", "fatrop", "uno-ipopt", "uno-filtersqp", "lbfgsb", "slsqp"]
 SOLVE += ["trust-constr", "sqp-daqp", "sqp-qpoases", "sqp-limited"]
@@ -24,12 +41,12 @@ SOLVE += ["trust-constr", "sqp-daqp", "sqp-qpoases", "sqp-limited"]
 
 
 def solved(name: str, tolerance: float = 1e-7) -> tuple[list, str]:
-    """The answer of a method to the small problem, from a process of its own, and why there is none."""
+    """The answer of a solver to the small problem, from a process of its own, and why there is none."""
 
     def work(send):
-        given = task(tolerance)
-        answer = solvers.method(name).prepare(given)(START)
-        kkt, _ = best_residuals(given, answer.x, answer.multipliers)
+        given = instance(tolerance)
+        answer = solver_named(name).solve(given, START)
+        kkt, _ = smallest_residuals(given, answer.x, answer.multipliers)
         send((answer.x, kkt))
 
     return apart(work, 20.0)
@@ -50,32 +67,150 @@ def test_first_order_steps_descend_and_the_point_kept_is_one_where_the_rows_hold
     assert -44.0 < float(problem().objective(x, 1.0)) < -25.0
 
 
-def test_every_file_with_methods_is_found_and_every_method_has_a_name_of_its_own():
-    methods = solvers.found()
-    assert {"ipopt", "fatrop", "slsqp", "adamw-200", "madnlp"} <= set(methods)
-    assert all(method.name == name and method.derivatives in (1, 2) for name, method in methods.items())
+def test_every_solver_has_a_name_of_its_own_and_says_what_it_is():
+    assert {"ipopt", "fatrop", "sqp-daqp", "slsqp", "adamw-200"} <= set(SOLVERS)
+    for name, entry in SOLVERS.items():
+        assert entry.solver.name == name == entry.solver.told()["name"]
+        assert entry.derivatives in (1, 2)
+        assert entry.kind
+        assert entry.summary
     with pytest.raises(InputError, match=r"unknown solver 'newton'; valid: .*ipopt"):
-        solvers.method("newton")
+        solver_named("newton")
+
+
+def test_the_list_of_solvers_imports_no_optimiser_of_scipy():
+    code = "import sys; import sgnlp.planning.solvers; print('scipy.optimize' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
 
 
 def test_a_solver_that_is_not_there_says_so():
-    assert "has no plugin 'worhp'" in missing(solvers.method("worhp"))
-    assert missing(solvers.method("ipopt")) == ""
+    assert "has no plugin 'worhp'" in missing(Plugin(name="worhp", plugin="worhp"))
+    assert missing(Ipopt()) == ""
 
 
 def test_the_command_lists_the_solvers_and_why_one_does_not_run(monkeypatch, capfd):
-    chosen = {name: solvers.method(name) for name in ("ipopt", "snopt")}
-    monkeypatch.setattr(solvers, "found", lambda: chosen)
+    absent = replace(SOLVERS["fatrop"], solver=Plugin(name="snopt", plugin="snopt"))
+    monkeypatch.setattr("sgnlp.experiments.cli.solvers.SOLVERS", {"ipopt": SOLVERS["ipopt"], "snopt": absent})
     assert run(["solvers"]) == 0
-    out = capfd.readouterr().out
+    out = " ".join(capfd.readouterr().out.split())
     assert "interior point" in out
-    assert "snopt" in out
+    assert "has no plugin" in out
 
 
 def test_equality_rows_are_refused_by_first_order_methods():
-    given = replace(task(), g_bounds=(np.zeros(3), np.zeros(3)))
+    given = replace(instance(), g_bounds=(np.zeros(3), np.zeros(3)))
     with pytest.raises(Refusal, match="equality"):
-        solvers.method("adamw-200").prepare(given)
+        solver_named("adamw-200").solve(given, START)
+
+
+@pytest.mark.parametrize("name", ["sqp-qpoases", "sqp-osqp", "uno-filtersqp"])
+def test_a_start_is_solved_the_same_whatever_was_solved_before_it(name):
+    given, solver = instance(), solver_named(name)
+    solver.prepare(given)
+    first = solver.solve(given, START).x
+    solver.solve(given, START + 0.5)
+    solver.prepare(given)
+    np.testing.assert_array_equal(solver.solve(given, START).x, first)
+
+
+def test_what_libraries_print_is_lost_and_what_comes_after_is_not(capfd):
+    with silence():
+        print("lost")
+        os.write(1, b"lost")
+        os.write(2, b"lost")
+    solver_named("sqp-qpoases").solve(instance(), START)
+    print("heard")
+    assert capfd.readouterr() == ("heard\n", "")
+
+
+# --- a plan ----------------------------------------------------------------------------------------------------------
+
+PLAIN = replace(SMALL, solver=replace(SMALL.solver, formulation="penalty", compiled=False))
+
+
+PAGE = (Path(__file__).parents[2] / "docs" / "pages" / "howto" / "solver.md").read_text(encoding="utf-8")
+
+
+def of_the_page() -> type[Solver]:
+    """The optimiser of ten lines that the documentation shows."""
+    (code,) = re.findall(r"```python\n(import numpy[^`]*class Signs[^`]*)```", PAGE)
+    assert len(code[code.index("class") :].splitlines()) <= 10
+    names: dict = {}
+    exec(code, names)
+    return names["Signs"]
+
+
+Signs = of_the_page()
+
+
+@pytest.fixture(scope="module")
+def lowered() -> Plan:
+    """What the optimiser plans."""
+    return sgnlp.solve(observation(), hand(), PLAIN, solver=Signs(), count=2, jobs=2)
+
+
+def test_an_optimiser_of_ten_lines_plans_like_any_other(lowered):
+    assert not lowered.failures
+    assert lowered.meta()["solver"] == {"name": "signs", "tolerance": None}
+    planner = Planner(replace(posed(PLAIN), formulation=Penalty()))
+    for solution in lowered.solutions:
+        nlp, x = planner.begin(planner.stages[0], starts(planner.problem, 2, 0)[solution.start])
+        answer = Signs().solve(nlp, x)
+        assert nlp.objective(answer.x) < nlp.objective(x) - 1.0
+        ended = planner.ended(starts(planner.problem, 2, 0)[solution.start], [answer])
+        assert solution.kkt == ended.kkt  # of multipliers that are estimated
+        assert solution.violations == ended.violations
+
+
+def test_a_plan_whose_solver_tells_no_way_is_saved_without_histories(lowered, tmp_path):
+    assert lowered.histories() == {}
+    lowered.save(tmp_path)
+    assert not (tmp_path / HISTORY).exists()
+    assert load_grasps(tmp_path).meta["solver"]["name"] == "signs"
+
+
+def test_what_a_solver_does_not_tell_of_its_way_is_missing_from_the_figure_alone():
+    class Told(Signs):
+        def solve(self, nlp, x):
+            answer = super().solve(nlp, x)
+            return replace(answer, way={"obj": [nlp.objective(x), nlp.objective(answer.x)]})
+
+    plan = sgnlp.solve(observation(), hand(), PLAIN, solver=Told(), count=1, jobs=1)
+    histories = plan.histories()
+    assert len(histories["energy"]) == 2
+    assert np.isnan(histories["primal"]).all()
+    panels = convergence(histories)
+    assert [panel.title for panel in panels] == ["penalty: energy", "penalty: violation"]
+    assert plots.draw(panels, "how it went")["svg"].startswith(b"<?xml")
+
+
+def test_a_solver_that_refuses_or_fails_is_the_failure_of_a_start_in_one_line():
+    class Stuck(Solver):
+        def solve(self, nlp, x):
+            return Answer(np.full_like(x, np.nan))
+
+    two_phase = replace(PLAIN, solver=replace(PLAIN.solver, formulation="two_phase"))
+    for settings, solver, reason in (
+        (two_phase, "adamw-200", "adamw-200 knows no equality rows; the penalty formulation has none"),
+        (PLAIN, Stuck(), "the answer of stuck is not finite"),
+        (PLAIN, Plugin(name="knitro", plugin="knitro"), f"casadi {ca.__version__} has no plugin 'knitro' here"),
+    ):
+        plan = sgnlp.solve(observation(), hand(), settings, solver=solver, count=1, jobs=1)
+        assert [failure.reason for failure in plan.failures] == [reason]
+        assert plan.summary()["starts_table"] == [{"start": 0, "failure": reason}]
+
+
+def test_the_command_plans_with_a_solver_of_the_table_beside_the_flags_of_settings(tmp_path, capfd):
+    np.savez(tmp_path / "cloud.npz", points=observation().points, table_height=0.0)
+    flags = [*SMALL_FLAGS, "--starts", "1", "--solver.formulation", "penalty", "--solver.no-compiled", "--quiet"]
+    out = ["--out", str(tmp_path / "out")]
+    assert run(["solve", str(tmp_path / "cloud.npz"), *flags, *out, "--solver", "adamw-200"]) in (0, 1)
+    grasps = load_grasps(tmp_path / "out")
+    assert grasps.meta["solver"] == {"name": "adamw-200", "tolerance": None, "optimiser": "adamw", "steps": 200}
+    assert grasps.meta["settings"]["solver"]["formulation"] == "penalty"
+    assert "--solver adamw-200 " in command(grasps.meta, tmp_path)
+    assert run(["solve", str(tmp_path / "cloud.npz"), *flags, *out, "--solver", "newton"]) == 3
+    assert "unknown solver 'newton'; valid: adamw-1000, " in capfd.readouterr().err
 
 
 # --- functions -------------------------------------------------------------------------------------------------------
@@ -128,10 +263,10 @@ def test_calls_and_the_points_of_gradients_are_counted_at_the_functions():
 
 
 def test_a_metered_solver_takes_the_same_steps():
-    given = task()
+    given = instance()
     meter = Meter(given.functions)
     tasks = given, replace(given, functions=meter.functions)
-    plain, metered = (solvers.method("ipopt").prepare(t)(START) for t in tasks)
+    plain, metered = (Ipopt().solve(t, START) for t in tasks)
     np.testing.assert_array_equal(plain.x, metered.x)
     assert meter.calls["hess"] == metered.iterations == plain.iterations
 
@@ -140,8 +275,8 @@ def test_a_metered_solver_takes_the_same_steps():
 
 
 def residuals_at(x, multipliers=None):
-    given = task()
-    return best_residuals(given, np.asarray(x), multipliers)
+    given = instance()
+    return smallest_residuals(given, np.asarray(x), multipliers)
 
 
 def test_estimated_multipliers_prove_a_solution_for_which_a_solver_has_none_or_bad_ones():
@@ -208,8 +343,3 @@ def test_an_error_in_a_process_is_its_reason():
         raise Refusal("not with me")
 
     assert apart(fail, 1.0) == ([], "not with me")
-
-
-def test_a_solver_of_ones_own_needs_no_more_than_the_anatomy():
-    method = Method("still", "none", 0, "stays", lambda given: lambda x: Answer(x, "fine", 0))
-    assert method.prepare(task())(START).x.tolist() == [0.0] * 4

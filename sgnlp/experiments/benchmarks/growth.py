@@ -15,8 +15,8 @@ from sgnlp.experiments.benchmarks.processes import memory_course
 from sgnlp.experiments.benchmarks.solving import flags, planned
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.batch import Row as Planned
-from sgnlp.planning.ipopt import Planner
-from sgnlp.planning.problem import pose
+from sgnlp.planning.planner import Planner
+from sgnlp.planning.problem import build_problem
 from sgnlp.planning.results import read_rows
 from sgnlp.planning.starts import starts
 
@@ -32,7 +32,7 @@ def points(bench: Bench) -> Iterator[Row]:
     """Fit, Hessian and a start of the first object with more and more training points."""
     for count in SURFACE_POINTS:
         settings = replace(bench.settings, gpis=replace(bench.settings.gpis, surface_points=count))
-        fit = partial(pose, bench.observations[0], bench.hand, settings, bench.seed)
+        fit = partial(build_problem, bench.observations[0], bench.hand, settings, bench.seed)
         problem = fit()
         size = f"N = {len(problem.gpis.X)}"
         with threadpool_limits(1):

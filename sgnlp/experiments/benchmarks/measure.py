@@ -13,10 +13,11 @@ from typing import TypeVar
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation, load
-from sgnlp.planning.ipopt import schedule
-from sgnlp.planning.problem import Problem, pose
+from sgnlp.planning.additions import NOTHING, Additions
+from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.program.compiled import can_compile, compile_program
-from sgnlp.program.structure import Structure, structure
+from sgnlp.program.formulations.penalty import Penalty
+from sgnlp.program.structure import Structure
 
 T = TypeVar("T")
 
@@ -52,12 +53,12 @@ class Bench:
     @cached_property
     def problems(self) -> list[Problem]:
         """The problem of each file."""
-        return [pose(observation, self.hand, self.settings, self.seed) for observation in self.observations]
+        return [build_problem(observation, self.hand, self.settings, self.seed) for observation in self.observations]
 
     @property
     def structures(self) -> list[Structure]:
         """The structures of the phases."""
-        return [structure(self.settings, formulation) for formulation, _ in schedule(self.settings.solver)]
+        return NOTHING.structures(self.settings)
 
     @property
     def compiles(self) -> bool:
@@ -66,7 +67,8 @@ class Bench:
 
     def ready(self) -> None:
         """Compile the functions that the phases and the comparisons need, unless that is done."""
-        for needed in dict.fromkeys([*self.structures, structure(self.settings, "penalty")]) if self.compiles else ():
+        penalty = Additions(formulation=Penalty()).structures(self.settings)
+        for needed in dict.fromkeys([*self.structures, *penalty]) if self.compiles else ():
             compile_program(self.hand, needed, self.jobs)
 
 

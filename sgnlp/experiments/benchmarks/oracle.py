@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from sgnlp.experiments.benchmarks.measure import Bench, Row, Time, spread, timing, warm_times
-from sgnlp.planning.ipopt import Planner
+from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import Problem
-from sgnlp.planning.starts import initial, starts
+from sgnlp.planning.starts import starts
 from sgnlp.program.oracle import Oracle
 from sgnlp.surface.gpis import MEAN_JET, VARIANCE_JET
 from sgnlp.surface.native import NumpyJets, raw_jets
@@ -35,7 +35,7 @@ def rows(bench: Bench) -> Iterator[Row]:
     """Times of each function at a new x, where the surface is evaluated first, and at the same x again."""
     problem = bench.problems[0]
     joined, x, p = scene(problem, bench.seed)
-    size = f"{joined.nlp.structure.formulation}, N = {len(problem.gpis.X)}"
+    size = f"{joined.nlp.structure.formulation.name}, N = {len(problem.gpis.X)}"
     calls = {name: getattr(joined, function) for name, function in FUNCTIONS.items()}
     for name, function in calls.items():
         for place in ("new", "same"):
@@ -48,10 +48,9 @@ def rows(bench: Bench) -> Iterator[Row]:
 
 def scene(problem: Problem, seed: int) -> tuple[Oracle, Array, Array]:
     """The oracle of the last phase, the first start's scaled variables x within their bounds, and parameters p."""
-    joined = Planner(problem).phases[-1].oracle
-    (start,) = starts(problem, 1, seed)
-    x = np.clip(initial(joined.nlp, start), *problem.variable_bounds(joined.nlp, start.joints))
-    return joined, x, problem.parameters(joined.nlp, start.wrist, start.joints)
+    planner, (start,) = Planner(problem), starts(problem, 1, seed)
+    instance, x = planner.begin(planner.stages[-1], start)
+    return planner.stages[-1].oracle, x, instance.p
 
 
 def call(function: ca.Function, x: Array, p: Array, moving: bool) -> Callable[[], object]:

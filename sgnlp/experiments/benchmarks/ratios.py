@@ -1,7 +1,6 @@
 """What exact, structured second derivatives gain: against limited-memory Ipopt, plain CasADi, first-order steps."""
 
 from collections.abc import Iterator
-from copy import copy
 from dataclasses import replace
 from functools import partial
 
@@ -10,12 +9,13 @@ from threadpoolctl import threadpool_limits
 from sgnlp.experiments.benchmarks.measure import Bench, Row, clocked, spread, timing, warm_times
 from sgnlp.experiments.benchmarks.oracle import call, scene
 from sgnlp.experiments.benchmarks.plain import plain_hessian
-from sgnlp.planning.firstorder import OPTIMISERS, descend
-from sgnlp.planning.ipopt import Phase, Planner, nlp_solver, schedule
-from sgnlp.planning.problem import pose
-from sgnlp.planning.solution import SOLVED_FACTOR
-from sgnlp.planning.solvers.ipopt import LIMITED
-from sgnlp.planning.starts import starts
+from sgnlp.planning.kkt import SOLVED_FACTOR
+from sgnlp.planning.planner import Planner
+from sgnlp.planning.problem import build_problem
+from sgnlp.planning.solvers.first_order import OPTIMISERS, Descent, descent
+from sgnlp.planning.solvers.ipopt import Ipopt
+from sgnlp.planning.starts import Start, starts
+from sgnlp.program.formulations.penalty import Penalty
 from sgnlp.program.nlp import ENERGY_UNIT
 
 STEPS = 200  # first-order steps, as many as the paper's release takes
@@ -31,22 +31,10 @@ def rows(bench: Bench) -> Iterator[Row]:
         yield from _plain(bench)
 
 
-def limited_memory(planner: Planner) -> Planner:
-    """The planner's phases with Ipopt's limited-memory approximation in the place of the Hessian."""
-    solver = planner.problem.settings.solver
-    limited = copy(planner)
-    limited.phases = [
-        Phase(phase.oracle, nlp_solver(phase.oracle, solver, iterations, **LIMITED))
-        for phase, (_, iterations) in zip(planner.phases, schedule(solver), strict=True)
-    ]
-    return limited
-
-
 def _limited_memory(bench: Bench) -> Iterator[Row]:
     exact, limited = [], []
     for problem in bench.problems:
-        planner = Planner(problem)
-        other = limited_memory(planner)
+        planner, other = Planner(problem), Planner(problem, Ipopt(hessian="limited-memory"))
         for start in starts(problem, bench.starts, bench.seed):
             exact.append(clocked(partial(planner.solve, start)))
             limited.append(clocked(partial(other.solve, start)))
@@ -61,14 +49,13 @@ def _limited_memory(bench: Bench) -> Iterator[Row]:
 
 
 def _first_order(bench: Bench) -> Iterator[Row]:
-    settings = replace(bench.settings, solver=replace(bench.settings.solver, formulation="penalty"))
     for optimiser in sorted(OPTIMISERS, reverse=True):
         times, over, above = [], [], []
         for problem in bench.problems:
-            planner = Planner(replace(problem, settings=settings))
+            planner = Planner(replace(problem, formulation=Penalty()))
             for start in starts(problem, bench.starts, bench.seed):
                 iterate, ours = clocked(partial(planner.solve, start))
-                found, theirs = clocked(partial(descend, problem, start, optimiser, STEPS))
+                found, theirs = clocked(partial(_descent, planner, start, optimiser))
                 times.append(theirs)
                 over.append(theirs.wall / ours.wall)
                 above.append(ENERGY_UNIT * (found.best - iterate.objective))
@@ -79,9 +66,13 @@ def _first_order(bench: Bench) -> Iterator[Row]:
         yield spread(f"{name}: energy above Ipopt's", "1", above, note)
 
 
+def _descent(planner: Planner, start: Start, optimiser: str) -> Descent:
+    return descent(*planner.begin(planner.stages[-1], start), optimiser, STEPS)
+
+
 def _plain(bench: Bench) -> Iterator[Row]:
     gpis = replace(bench.settings.gpis, surface_points=PLAIN_POINTS, interior_points=PLAIN_POINTS)
-    problem = pose(bench.observations[0], bench.hand, replace(bench.settings, gpis=gpis), bench.seed)
+    problem = build_problem(bench.observations[0], bench.hand, replace(bench.settings, gpis=gpis), bench.seed)
     joined, x, p = scene(problem, bench.seed)
     hessian, built = clocked(partial(plain_hessian, problem.hand, joined.nlp.structure, problem.gpis))
     size = f"N = {len(problem.gpis.X)}"

@@ -9,8 +9,9 @@ from pathlib import Path
 from sgnlp.experiments.benchmarks.measure import Bench, Row, Time, clock, cold_times, timing, warm_times
 from sgnlp.experiments.benchmarks.processes import cache, fresh, python
 from sgnlp.perception.observation import load
-from sgnlp.planning.ipopt import Planner
+from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import build_problem
+from sgnlp.planning.starts import starts
 from sgnlp.program.compiled import compile_program
 from sgnlp.program.nlp import build
 
@@ -53,7 +54,7 @@ TASKS: dict[str, Callable[[Bench], object]] = {
     "hand": lambda bench: bench.hand,
     "build": lambda bench: [build(bench.hand, structure) for structure in bench.structures],
     "compile": lambda bench: [compile_program(bench.hand, structure, bench.jobs) for structure in bench.structures],
-    "ready": lambda bench: Planner(bench.problems[0]),
+    "ready": lambda bench: Planner(bench.problems[0]).prepare(*starts(bench.problems[0], 1, bench.seed)),
 }
 """Reading the hand, building the symbolic functions, compiling them too, all between a posed problem and a start."""
 

@@ -1,7 +1,7 @@
 """`sgnlp compare`: solvers on the same problems from the same starts, judged by recomputed residuals, resumable."""
 
 import json
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -27,7 +27,10 @@ from sgnlp.experiments.studies import trials
 from sgnlp.experiments.studies.study import Case, Key, Setup
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import Observation
-from sgnlp.planning import results, solvers
+from sgnlp.planning import results
+from sgnlp.planning.additions import Additions
+from sgnlp.planning.solvers import SOLVERS, solver_named
+from sgnlp.program.formulations import formulation as formulation_named
 from sgnlp.show import plots, tables
 
 SIMULATED = "simulated.csv"
@@ -82,7 +85,7 @@ class Compare(Collecting):
 
     def _work(self, console: Console) -> None:
         for name in () if self.solvers == (EVERY,) else self.solvers:
-            solvers.method(name)
+            solver_named(name)
         if not self.files:
             raise InputError("there is nothing to compare on: no file is named")
         results.writable(self.out)
@@ -92,9 +95,9 @@ class Compare(Collecting):
         lacks.tell(console)
         runs = self._runs(observations)
         with bars(console) as bar:
-            for formulation in self.formulations if self.settings.solver.compiled else ():
-                solver = replace(self.settings.solver, formulation=formulation)
-                compiling.build(hand, replace(self.settings, solver=solver), self.jobs, bar)
+            for name in self.formulations if self.settings.solver.compiled else ():
+                structures = Additions(formulation=formulation_named(name)).structures(self.settings)
+                compiling.build(hand, structures, self.jobs, bar)
             cases = [Case(key, partial(rows_of, run)) for key, run in runs.items()]
             if cases:
                 rows, _ = self.collected(console, Row, cases, self.out / ROWS, bar("compare", None), self.jobs)
@@ -108,9 +111,8 @@ class Compare(Collecting):
         return facts | {"time_limit": self.time_limit, "repeats": self.repeats, "tolerances": self.tolerances}
 
     def _runs(self, observations: list[Observation]) -> dict[Key, Run]:
-        every = solvers.found()
-        known_good = tuple(name for name, method in every.items() if not method.known)
-        names = tuple(every) if self.solvers == (EVERY,) else self.solvers or known_good
+        known_good = tuple(name for name, entry in SOLVERS.items() if not entry.known)
+        names = tuple(SOLVERS) if self.solvers == (EVERY,) else self.solvers or known_good
         given = (self.hand, self.settings, self.seed, self.tolerances, self.repeats, self.time_limit)
         return {
             (whole.name, formulation, name, str(start)): Run(file, formulation, name, start, *given)

@@ -13,6 +13,7 @@ from sgnlp.cli.flags import ROWS, Observing, made
 from sgnlp.experiments.testset import Entry, export
 from sgnlp.perception.observation import load
 from sgnlp.planning import results
+from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import build_problem
 from sgnlp.planning.starts import starts
 from sgnlp.show import tables
@@ -50,7 +51,8 @@ class Export(Observing):
         for file in self.files:
             observation = load(file, self.reading)
             problem = build_problem(observation, self.hand, self.settings, self.seed)
-            program = export(observation.name, problem, starts(problem, self.starts, self.seed), self.start, self.seed)
+            guesses = starts(problem, self.starts, self.seed)
+            program = export(observation.name, Planner(problem, self.solver), guesses, self.start, self.seed)
             if not self.catalogue:
                 program.write(self.out / observation.name)
             rows.append(program.entry)

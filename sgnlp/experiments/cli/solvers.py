@@ -1,12 +1,13 @@
-"""`sgnlp solvers`: the solvers that `sgnlp compare` knows, and which of them run here."""
+"""`sgnlp solvers`: the solvers that `--solver` and `sgnlp compare` know, and which of them run here."""
 
 from dataclasses import dataclass
 
 from rich.console import Console
 
 from sgnlp.cli import codes
-from sgnlp.planning import solvers
+from sgnlp.planning.solvers import SOLVERS
 from sgnlp.planning.solvers.probe import missing
+from sgnlp.planning.solvers.solver import Entry
 from sgnlp.show import tables
 
 
@@ -16,12 +17,16 @@ class Solvers:
 
     def run(self, console: Console) -> int:
         """One row a solver."""
-        lines = []
-        for method in solvers.found().values():
-            lack = missing(method)
-            about = "; ".join(filter(None, (method.summary, lack or method.known)))
-            lines.append(
-                {"name": method.name, "runs": "no" if lack else "yes", "what it is": f"{method.kind}: {about}"}
-            )
+        lines = [_line(name, entry, missing(entry.solver)) for name, entry in SOLVERS.items()]
         console.print(tables.rows_table("Solvers", lines, prose="what it is"))
         return codes.FEASIBLE
+
+
+def _line(name: str, entry: Entry, missing: str) -> dict[str, str]:
+    """The line of a solver, and what keeps it from running here."""
+    about = [entry.summary, missing or entry.known]
+    return {
+        "name": name,
+        "runs": "no" if missing else "yes",
+        "what it is": f"{entry.kind}: {'; '.join(part for part in about if part)}",
+    }

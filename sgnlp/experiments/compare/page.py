@@ -10,7 +10,7 @@ from sgnlp.experiments.compare.runs import GRACE
 from sgnlp.experiments.compare.table import Table
 from sgnlp.experiments.compare.verdict import EXACT, across, advice, formulations_advice, hessians, verdicts
 from sgnlp.experiments.frames import Lines, Tables, frame
-from sgnlp.planning.solvers import found as known
+from sgnlp.planning.solvers import SOLVERS
 from sgnlp.show.plots import Panel
 from sgnlp.show.tables import markdown
 
@@ -89,11 +89,10 @@ def page(table: Table, how: dict[str, Any], simulated: Sequence[carried.Row]) ->
         parts.append(_section("The first choice in simulation, success in percent", carried.lines(rows)))
         none = carried.without(rows).items()
         parts += _bullets(f"{name}: no feasible grasp from {', '.join(names)}." for name, names in none)
-    methods = known()
     solvers = [
         {"solver": name, "kind": m.kind, "derivatives": str(m.derivatives), "what it is": m.summary}
         for name in table.solvers
-        if (m := methods.get(name))
+        if (m := SOLVERS.get(name))
     ]
     parts += [
         _section("Status and residuals disagree", made.liars(table)),

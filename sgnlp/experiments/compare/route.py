@@ -1,33 +1,26 @@
-"""A solver set up on a problem: the formulations it goes through, with functions that are metered."""
+"""A solver set up on a problem: the programs of a formulation, with functions that are metered."""
 
-import math
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from sgnlp.base.settings import Settings
-from sgnlp.planning import solvers
-from sgnlp.planning.firstorder import learning_rates
-from sgnlp.planning.ipopt import Course, Iterate, schedule
 from sgnlp.planning.kkt import Kkt
+from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution, solution
-from sgnlp.planning.solvers.anatomy import Answer, Array, Method, Solve, Task
 from sgnlp.planning.solvers.meter import Meter
-from sgnlp.planning.starts import initial, starts
-from sgnlp.planning.warm_start import handed_over
+from sgnlp.planning.solvers.solver import Answer, Array
+from sgnlp.planning.starts import starts
 from sgnlp.program.compiled import program
-from sgnlp.program.nlp import Nlp
-from sgnlp.program.oracle import Oracle, join
+from sgnlp.program.formulations import formulation
+from sgnlp.program.oracle import Functions, Oracle
 from sgnlp.program.structure import Structure
 
 ASKED = 0.1
 """Share of the tolerance that a solver is asked for: each measures in its own scaling, we in that of the problem."""
-ITERATIONS = 20_000  # iterations of the last phase at most: the limit that counts is that of time
+ITERATIONS = 20_000  # iterations of the last program at most: the limit that counts is that of time
 
 
 @dataclass(frozen=True)
@@ -45,115 +38,67 @@ class Run:
     repeats: int
     limit: float
 
-    def stages(self) -> list[tuple[str, int]]:
-        """The formulations that are solved in order, each with its iterations at most."""
-        changes: dict[str, Any] = {"formulation": self.formulation, "max_iterations": ITERATIONS}
-        return schedule(replace(self.settings.solver, **changes))
+    def posed(self, problem: Problem, tolerance: float) -> Problem:
+        """The problem of the file in the formulation, with what a solver is asked for."""
+        solver = replace(problem.settings.solver, max_iterations=ITERATIONS, tolerance=ASKED * tolerance)
+        settings = replace(problem.settings, solver=solver)
+        return replace(problem, settings=settings, formulation=formulation(self.formulation))
 
 
-_programs: dict[tuple[str, Structure], tuple[Nlp, float]] = {}
+_seconds: dict[tuple[str, Structure], float] = {}
 
 
-def functions_of(problem: Problem, formulation: str) -> tuple[Nlp, float]:
-    """The functions of a formulation and the seconds that loading or building them took in this process."""
-    structure = problem.structure(formulation)
-    key = (problem.hand.digest, structure)
-    if key not in _programs:
-        begin = time.perf_counter()
-        nlp = program(problem.hand, structure, problem.settings.solver.compiled)
-        _programs[key] = nlp, time.perf_counter() - begin
-    return _programs[key]
+def build_seconds(problem: Problem) -> float:
+    """The seconds that loading or building the functions of a problem took in this process, which keeps them."""
+    structures = [problem.structure(phase.formulation) for phase in problem.phases]
+    for structure in structures:
+        key = (problem.hand.digest, structure)
+        if key not in _seconds:
+            begin = time.perf_counter()
+            program(problem.hand, structure, problem.settings.solver.compiled)
+            _seconds[key] = time.perf_counter() - begin
+    return sum(_seconds[problem.hand.digest, structure] for structure in structures)
 
 
 class Route:
-    """A solver set up on the stages of a formulation, each of which begins where the one before it ended.
+    """A solver set up on the programs of a formulation, each of which begins where the one before it ended.
 
-    `watch` hears of each point at which ∇f is asked for in the last stage.
+    `watch` hears of each point at which ∇f is asked for in the last one.
     """
 
     def __init__(self, run: Run, problem: Problem, tolerance: float, watch: Callable[[Array], None]):
-        self._run, self._problem, self._start = run, problem, starts(problem, run.start + 1, run.seed)[run.start]
+        self.start, self._meters = starts(problem, run.start + 1, run.seed)[run.start], list[Meter]()
         begin = time.perf_counter()
-        watching = [lambda x: None] * (len(run.stages()) - 1) + [watch]
-        self.stages = [
-            self._stage(solvers.method(run.solver), *stage, tolerance, hear)
-            for stage, hear in zip(run.stages(), watching, strict=True)
-        ]
+        self.planner = Planner(run.posed(problem, tolerance), run.solver, self._metered)
+        self.planner.prepare(self.start)
+        self._meters[-1].watch = watch
         self.setup = time.perf_counter() - begin
+        self.last = self.planner.stages[-1]
+        instance, self.first = self.planner.begin(self.last, self.start)
+        self.judged = replace(instance, functions=self.last.oracle)  # on functions that nobody counts or watches
 
-    def _stage(
-        self, method: Method, formulation: str, iterations: int, tolerance: float, watch: Callable[[Array], None]
-    ) -> "Stage":
-        problem, start = self._problem, self._start
-        nlp, _ = functions_of(problem, formulation)
-        oracle = join(nlp, problem.gpis, problem.settings.solver.compiled)
-        meter, rates = Meter(oracle, watch), learning_rates(problem.hand)
-        task = Task(
-            functions=meter.functions,
-            p=problem.parameters(nlp, start.wrist, start.joints),
-            x_bounds=problem.variable_bounds(nlp, start.joints),
-            g_bounds=problem.row_bounds(nlp),
-            tolerance=ASKED * tolerance,
-            iterations=iterations,
-            rates=np.pad(rates, (0, len(nlp.units) - len(rates)), constant_values=np.nan),  # others have none
-        )
-        return Stage(oracle, meter, task, method.prepare(task))
+    def _metered(self, oracle: Oracle) -> Functions:
+        self._meters.append(Meter(oracle))
+        return self._meters[-1].functions
 
     @property
-    def last(self) -> "Stage":
-        """The stage that is judged."""
-        return self.stages[-1]
-
-    def first(self) -> Array:
-        """The start as a point of the last stage."""
-        return self.last.admitted(initial(self.last.oracle.nlp, self._start))
+    def points(self) -> Sequence[tuple[float, Array]]:
+        """The points at which ∇f was asked for in the last program, with the processor time."""
+        return self._meters[-1].points
 
     def solve(self) -> Answer:
-        """Run the stages."""
-        x, iterations = initial(self.stages[0].oracle.nlp, self._start), 0
-        for stage in self.stages:
-            stage.meter.clear()
-            answer = stage.solve(stage.admitted(x))
-            x, iterations = answer.x, iterations + answer.iterations
-        return replace(answer, iterations=iterations)
+        """Run the programs: the last answer, with the iterations of all."""
+        for meter in self._meters:
+            meter.clear()
+        answers = self.planner.run(self.start)
+        return replace(answers[-1], iterations=sum(answer.iterations for answer in answers))
 
     def calls(self, answer: Answer) -> dict[str, int]:
         """How often the functions were called."""
-        counted = sum((stage.meter.calls for stage in self.stages), type(self.last.meter.calls)())
-        return dict(counted) if answer.calls is None or len(self.stages) > 1 else answer.calls
+        counted = sum((meter.calls for meter in self._meters), type(self._meters[-1].calls)())
+        return dict(counted) if answer.calls is None or len(self._meters) > 1 else answer.calls
 
     def solution(self, answer: Answer, kkt: Kkt | None = None) -> Solution:
         """The grasp that an answer stands for."""
-        oracle, task = self.last.oracle, self.last.task
-        iterate = Iterate(
-            start=self._start.index,
-            formulation=self._run.formulation,
-            x=answer.x,
-            p=task.p,
-            objective=float(oracle.objective(answer.x, task.p)),
-            kkt=kkt or Kkt(math.nan, math.nan, math.nan),
-            status=answer.status,
-            iterations=answer.iterations,
-            seconds=math.nan,
-            course=Course(*np.empty((len(fields(Course)), 0))),
-        )
-        return solution(self._problem, self._start, iterate, oracle.nlp.units)
-
-
-@dataclass(frozen=True, eq=False)
-class Stage:
-    """One formulation with its metered functions; `oracle` are the same ones unmetered."""
-
-    oracle: Oracle
-    meter: Meter
-    task: Task
-    solve: Solve
-
-    def admitted(self, x: Array) -> Array:
-        """A point within the bounds, with the variables that the formulation adds."""
-        return np.clip(handed_over(self.oracle, x, self.task.p, self.task.g_bounds), *self.task.x_bounds)
-
-    @property
-    def judged(self) -> Task:
-        """The task on functions that nobody counts or watches."""
-        return replace(self.task, functions=self.oracle)
+        problem, iterate = self.planner.problem, self.planner.ended(self.start, [answer], kkt)
+        return solution(problem, self.start, iterate, self.last.nlp.units)

@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 
 from sgnlp.base.settings import Settings
-from sgnlp.experiments.compare.route import Route, Run, Stage, functions_of
+from sgnlp.experiments.compare.route import Route, Run, build_seconds
 from sgnlp.experiments.compare.row import Row
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import load
-from sgnlp.planning.problem import Problem, pose
+from sgnlp.planning.multipliers import smallest_residuals
+from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.planning.solution import Solution
-from sgnlp.planning.solvers.anatomy import Answer, Array
-from sgnlp.planning.solvers.multipliers import best_residuals
 from sgnlp.planning.solvers.process import Send, apart, spend
+from sgnlp.planning.solvers.solver import Answer, Array
 from sgnlp.program.nlp import ENERGY_UNIT
 
 GRACE = 1.5  # times its limit the kernel ends a process that has not stopped by itself at the limit
@@ -32,7 +32,7 @@ TRACE_POINTS = 16  # points kept of a way, even in the logarithm of time
 def rows_of(run: Run) -> list[Row]:
     """The rows of a run; what was not reached, or not tried, has a row with the reason."""
     name, problem = _posed(run.file, run.hand, run.settings, run.seed)
-    built = sum(functions_of(problem, formulation)[1] for formulation, _ in run.stages())
+    built = build_seconds(run.posed(problem, run.tolerances[0]))
     sent, reason = apart(partial(_work, run, problem), GRACE * run.limit)
     rows = [replace(row, build=built) for row in sent]
     return [replace(row, object=name) for row in (*rows, *_missing(run, rows, reason))]
@@ -54,7 +54,7 @@ def chosen(run: Run) -> Solution | str:
 @lru_cache(maxsize=1)
 def _posed(file: Path, hand: str, settings: Settings, seed: int) -> tuple[str, Problem]:
     observation = load(file)
-    return observation.name, pose(observation, load_hand(hand, settings.spheres), settings, seed)
+    return observation.name, build_problem(observation, load_hand(hand, settings.spheres), settings, seed)
 
 
 def _work(run: Run, problem: Problem, send: Send) -> None:
@@ -99,25 +99,25 @@ def _late(run: Run, route: Route, clock: _Clock, row: Row, send: Send, x: Array)
     seconds, cpu = clock.read()
     spend(GRACE * run.limit)
     row = replace(row, seconds=seconds, cpu=cpu, failure=f"over {run.limit:g} s of processor time")
-    answer = Answer(x.copy(), "stopped", len(route.last.meter.points))
+    answer = Answer(x.copy(), "stopped", len(route.points))
     send(replace(_judged(route, answer, clock, row), reached=False))
     os._exit(0)
 
 
 def _judged(route: Route, answer: Answer, clock: _Clock, row: Row) -> Row:
     """The row of an answer, whatever its status says."""
-    stage, task = route.last, route.last.judged
+    judged = route.judged
     calls: dict[str, Any] = dict(route.calls(answer))
-    kkt, estimated = best_residuals(task, answer.x, answer.multipliers)
+    kkt, estimated = smallest_residuals(judged, answer.x, answer.multipliers)
     finite = bool(np.isfinite(answer.x).all())
     found = route.solution(answer, kkt) if finite else None
-    energy = ENERGY_UNIT * float(stage.oracle.objective(answer.x, task.p))
+    energy = ENERGY_UNIT * judged.objective(answer.x)
     measured = (energy, kkt.dual, kkt.primal, kkt.complementarity)
     return replace(
         row,
         reached=bool(np.isfinite(measured).all() and kkt.worst <= row.tolerance),
         energy=energy,
-        energy_start=ENERGY_UNIT * float(stage.oracle.objective(route.first(), task.p)),
+        energy_start=ENERGY_UNIT * judged.objective(route.first),
         lowest=ENERGY_UNIT * answer.lowest,
         dual=kkt.dual,
         primal=kkt.primal,
@@ -129,20 +129,20 @@ def _judged(route: Route, answer: Answer, clock: _Clock, row: Row) -> Row:
         **calls,
         setup=route.setup,
         status=answer.status,
-        trace=_trace(stage, clock.cpu) if (row.start, row.repeat) == (TRACED, 0) else "",
+        trace=_trace(route, clock.cpu) if (row.start, row.repeat) == (TRACED, 0) else "",
     )
 
 
-def _trace(stage: Stage, begin: float) -> str:
+def _trace(route: Route, begin: float) -> str:
     """Seconds, energies and residuals at points of the way, with multipliers that are ours."""
-    points = [(moment - begin, x) for moment, x in stage.meter.points if moment > begin]
+    points = [(moment - begin, x) for moment, x in route.points if moment > begin]
     if not points:
         return ""
-    times, told, task = np.array([moment for moment, _ in points]), [], stage.judged
+    times, told = np.array([moment for moment, _ in points]), []
     wanted = np.searchsorted(times, np.geomspace(times[0], times[-1], TRACE_POINTS)).clip(max=len(points) - 1)
     for moment, x in (points[i] for i in sorted(set(wanted.tolist()))):
-        energy = ENERGY_UNIT * float(stage.oracle.objective(x, task.p))
-        told.append(f"{moment:.4g}:{energy:.6g}:{best_residuals(task, x, None)[0].worst:.3g}")
+        residual = smallest_residuals(route.judged, x, None)[0].worst
+        told.append(f"{moment:.4g}:{ENERGY_UNIT * route.judged.objective(x):.6g}:{residual:.3g}")
     return " ".join(told)
 
 

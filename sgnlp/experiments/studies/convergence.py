@@ -16,12 +16,13 @@ from sgnlp.experiments.frames import Frame, Lines, curves
 from sgnlp.experiments.studies.study import Setup, Study, over_views
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation, load
-from sgnlp.planning.firstorder import descend
-from sgnlp.planning.ipopt import Planner
+from sgnlp.planning.kkt import SOLVED_FACTOR
+from sgnlp.planning.planner import Planner
 from sgnlp.planning.pool import Failure, map_starts, solve_start
-from sgnlp.planning.problem import pose
-from sgnlp.planning.solution import SOLVED_FACTOR
+from sgnlp.planning.problem import build_problem
+from sgnlp.planning.solvers.first_order import descent
 from sgnlp.planning.starts import Start, starts
+from sgnlp.program.formulations.penalty import Penalty
 from sgnlp.program.nlp import ENERGY_UNIT
 from sgnlp.show.plots import Panel
 
@@ -58,9 +59,9 @@ def compare(planner: Planner, start: Start) -> Row:
     """The row of one start."""
     problem = planner.problem
     solution = solve_start(planner, start)
-    settings = replace(problem.settings, solver=replace(problem.settings.solver, formulation="penalty"))
-    penalty = Planner(replace(problem, settings=settings)).solve(start)
-    descent = descend(problem, start, OPTIMISER, STEPS)
+    opponents = Planner(replace(problem, formulation=Penalty()))
+    penalty = opponents.solve(start)
+    first_order = descent(*opponents.begin(opponents.stages[-1], start), OPTIMISER, STEPS)
     return Row(
         object="",
         view_names="",
@@ -73,10 +74,10 @@ def compare(planner: Planner, start: Start) -> Row:
         seconds=solution.seconds,
         status=solution.status,
         penalty_energy=ENERGY_UNIT * penalty.objective,
-        penalty_solved=penalty.kkt.worst <= SOLVED_FACTOR * settings.solver.tolerance,
+        penalty_solved=penalty.kkt.worst <= SOLVED_FACTOR * opponents.tolerance,
         penalty_iterations=penalty.iterations,
-        first_order_energy=ENERGY_UNIT * descent.admissible,
-        first_order_anywhere=ENERGY_UNIT * descent.best,
+        first_order_energy=ENERGY_UNIT * first_order.admissible,
+        first_order_anywhere=ENERGY_UNIT * first_order.best,
     )
 
 
@@ -84,7 +85,7 @@ def case(
     observation: Observation, hand: Hand, settings: Settings, *, count: int, seed: int, timeout: float
 ) -> list[Row]:
     """The rows of one observation, in the order of the starts; a failed start is a row that says why."""
-    problem = pose(observation, hand, settings, seed)
+    problem = build_problem(observation, hand, settings, seed)
     found = map_starts(compare, problem, starts(problem, count, seed), 1, timeout)
     rows = [Row("", "", row.start, failure=row.reason) if isinstance(row, Failure) else row for row in found]
     views = " ".join(observation.view_names)

@@ -1,12 +1,15 @@
-"""A call of a solver that CasADi has, and what its statistics say."""
+"""Solvers that CasADi calls, and what their statistics say."""
 
+from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import casadi as ca
 import numpy as np
 
 from sgnlp.planning.solvers.meter import CALLS
-from sgnlp.planning.solvers.solver import Answer, Array, NlpInstance
+from sgnlp.planning.solvers.solver import Answer, Array, NlpInstance, Solver
+from sgnlp.program.oracle import Functions
 
 ASKED = {
     "nlp_f": ("f",),
@@ -22,6 +25,33 @@ ASKED = {
 """CasADi's names of what a solver asks for; the last is a product with a Hessian, for which it is worked out."""
 SAID = ("unified_return_status", "return_status")
 """Where a solver's statistics tell how it ended; the last that says something counts."""
+TIMES = "t_wall_nlp_"
+"""How its names of the times of the functions begin."""
+
+_built: WeakKeyDictionary[Functions, dict[tuple[Any, ...], ca.Function]] = WeakKeyDictionary()
+
+
+@dataclass(frozen=True)
+class CasadiSolver(Solver):
+    """A solver of CasADi. It is built once for the same functions: a process solves many starts with it."""
+
+    def solve(self, nlp: NlpInstance, x: Array) -> Answer:
+        """CasADi's solver over exact derivatives."""
+        return called(self._nlpsol(nlp), nlp, x)
+
+    def prepare(self, nlp: NlpInstance) -> None:
+        """Build CasADi's solver."""
+        self._nlpsol(nlp)
+
+    def build(self, nlp: NlpInstance) -> ca.Function:
+        """CasADi's solver. It depends on the functions of a program, its tolerance and its iterations alone."""
+        raise NotImplementedError
+
+    def _nlpsol(self, nlp: NlpInstance, anew: bool = False) -> ca.Function:
+        known, key = _built.setdefault(nlp.functions, {}), (self, nlp.tolerance, nlp.iterations)
+        if anew or key not in known:
+            known[key] = self.build(nlp)
+        return known[key]
 
 
 def called(solver: ca.Function, nlp: NlpInstance, x: Array) -> Answer:
@@ -34,6 +64,7 @@ def called(solver: ca.Function, nlp: NlpInstance, x: Array) -> Answer:
         status=words[-1] if words else str(stats.get("success", "")),
         iterations=int(stats.get("iter_count", -1)),
         calls=calls(stats),
+        seconds=sum(float(value) for name, value in stats.items() if name.startswith(TIMES)),
         multipliers=(np.array(result["lam_x"]).ravel(), np.array(result["lam_g"]).ravel()),
         way=stats.get("iterations", {}),
     )

@@ -1,58 +1,60 @@
 """Ipopt (Wächter & Biegler 2006) on the exact derivatives of a program."""
 
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import casadi as ca
 
 from sgnlp.base import settings
-from sgnlp.planning.solvers.casadi_call import called
-from sgnlp.planning.solvers.solver import Answer, Array, NlpInstance, Solver
-from sgnlp.program.oracle import Functions
+from sgnlp.planning.solvers.casadi_call import CasadiSolver
+from sgnlp.planning.solvers.solver import Entry, NlpInstance
 
-DEFAULTS = settings.Solver()
+OF_SETTINGS = ("tolerance", "linear_solver", "mu_strategy", "mu_init", "barrier_tolerance")
+"""Options that the settings have too."""
 
 
 @dataclass(frozen=True)
-class Ipopt(Solver):
-    """With the exact Hessian, or with the limited-memory one for comparison."""
+class Ipopt(CasadiSolver):
+    """With the exact Hessian, or with the limited-memory one for comparison. An option of None is the settings'."""
 
     hessian: Literal["exact", "limited-memory"] = "exact"
-    linear_solver: str = DEFAULTS.linear_solver
-    mu_strategy: str = DEFAULTS.mu_strategy
-    mu_init: float = DEFAULTS.mu_init
-    barrier_tolerance: float = DEFAULTS.barrier_tolerance
+    linear_solver: str | None = None
+    mu_strategy: str | None = None
+    mu_init: float | None = None
+    barrier_tolerance: float | None = None
 
-    kind = "interior point"
-    derivatives = 2
+    @property
+    def name(self) -> str:
+        """With its Hessian and its linear solver, where they are not the usual ones."""
+        limited = "-limited" if self.hessian == "limited-memory" else ""
+        return "ipopt" + limited + ("" if self.linear_solver in (None, "mumps") else f"-{self.linear_solver}")
 
-    @staticmethod
-    def of(chosen: settings.Solver) -> "Ipopt":
-        """Ipopt as settings ask for it."""
-        names = ("tolerance", "linear_solver", "mu_strategy", "mu_init", "barrier_tolerance")
-        return Ipopt(**{name: getattr(chosen, name) for name in names})
+    def settled(self, chosen: settings.Solver) -> "Ipopt":
+        """With options of the settings where it has none of its own."""
+        missing = {name: getattr(chosen, name) for name in OF_SETTINGS if getattr(self, name) is None}
+        return replace(self, **missing)
 
-    def solve(self, nlp: NlpInstance, x: Array) -> Answer:
+    def build(self, nlp: NlpInstance) -> ca.Function:
         """CasADi's Ipopt over the oracle's own derivatives."""
-        return called(_nlpsol(self, nlp.functions, nlp.tolerance, nlp.iterations), nlp, x)
+        functions = nlp.functions
+        x, p = ca.MX.sym("x", functions.objective.size1_in(0)), ca.MX.sym("p", functions.objective.size1_in(1))
+        problem = {"x": x, "p": p, "f": functions.objective(x, p), "g": functions.rows(x, p)}
+        derivatives = {"grad_f": functions.gradient, "jac_g": functions.jacobian, "hess_lag": functions.hessian}
+        return ca.nlpsol("ipopt", "ipopt", problem, self.options(nlp) | derivatives)
 
-    def prepare(self, nlp: NlpInstance) -> None:
-        """Build CasADi's Ipopt."""
-        _nlpsol(self, nlp.functions, nlp.tolerance, nlp.iterations)
-
-    def options(self, tolerance: float, iterations: int) -> dict[str, Any]:
+    def options(self, nlp: NlpInstance) -> dict[str, Any]:
         """Its options, in CasADi's names."""
+        full = self.settled(settings.Solver())
         limited = {"ipopt.hessian_approximation": "limited-memory"} if self.hessian == "limited-memory" else {}
         return limited | {
             "ipopt.print_level": 0,
             "ipopt.sb": "yes",
-            "ipopt.tol": tolerance,
-            "ipopt.max_iter": iterations,
-            "ipopt.mu_strategy": self.mu_strategy,
-            "ipopt.mu_init": self.mu_init,
-            "ipopt.barrier_tol_factor": self.barrier_tolerance,
-            "ipopt.linear_solver": self.linear_solver,
+            "ipopt.tol": nlp.tolerance,
+            "ipopt.max_iter": nlp.iterations,
+            "ipopt.mu_strategy": full.mu_strategy,
+            "ipopt.mu_init": full.mu_init,
+            "ipopt.barrier_tol_factor": full.barrier_tolerance,
+            "ipopt.linear_solver": full.linear_solver,
             "ipopt.mumps_scaling": 0,  # variables and rows are scaled; MUMPS's own costs a quarter of an iteration
             "ipopt.mumps_permuting_scaling": 0,
             "print_time": False,
@@ -61,10 +63,17 @@ class Ipopt(Solver):
         }
 
 
-@lru_cache(maxsize=8)
-def _nlpsol(ipopt: Ipopt, functions: Functions, tolerance: float, iterations: int) -> ca.Function:
-    """The same functions and numbers give the same solver: a process solves many starts with it."""
-    x, p = ca.MX.sym("x", functions.objective.size1_in(0)), ca.MX.sym("p", functions.objective.size1_in(1))
-    problem = {"x": x, "p": p, "f": functions.objective(x, p), "g": functions.rows(x, p)}
-    derivatives = {"grad_f": functions.gradient, "jac_g": functions.jacobian, "hess_lag": functions.hessian}
-    return ca.nlpsol("ipopt", "ipopt", problem, ipopt.options(tolerance, iterations) | derivatives)
+SLOWER = "takes the same steps as on MUMPS in twice the time"
+
+ENTRIES = (
+    Entry(Ipopt(), "interior point", 2, "Ipopt, exact Hessian, MUMPS; the default"),
+    Entry(Ipopt(hessian="limited-memory"), "interior point", 1, "Ipopt, limited-memory Hessian, MUMPS"),
+    Entry(Ipopt(linear_solver="spral"), "interior point", 2, "Ipopt, exact Hessian, SPRAL", SLOWER),
+    Entry(
+        Ipopt(hessian="limited-memory", linear_solver="spral"),
+        "interior point",
+        1,
+        "Ipopt, limited-memory Hessian, SPRAL",
+        SLOWER,
+    ),
+)

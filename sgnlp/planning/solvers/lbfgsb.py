@@ -5,11 +5,12 @@
 (Nocedal & Wright 2006, ch. 17.4, with the slacks eliminated). Where no row is active this is L-BFGS-B itself.
 """
 
-import numpy as np
-from scipy.optimize import Bounds
+from dataclasses import dataclass
 
-from sgnlp.planning.solvers.anatomy import Answer, Method, Solve, Task
-from sgnlp.planning.solvers.scipy_oracle import Array, Numpy, minimise
+import numpy as np
+
+from sgnlp.planning.solvers.scipy_call import ScipySolver, minimise
+from sgnlp.planning.solvers.solver import Answer, Array, Entry, NlpInstance
 
 FIRST_WEIGHT, GROWTH, LARGEST_WEIGHT = 10.0, 10.0, 1e8
 """ρ at first, its factor where the violation does not fall by enough, and its end."""
@@ -23,45 +24,38 @@ TIGHTEN = 0.1
 """Factor of the inner tolerance from one outer step to the next, from the root of the last one on."""
 
 
-def prepare(task: Task) -> Solve:
+@dataclass(frozen=True)
+class Lbfgsb(ScipySolver):
     """Outer steps over λ and ρ, each a run of L-BFGS-B."""
-    problem, (low, high), box = Numpy(task), task.g_bounds, Bounds(*task.x_bounds)
 
-    def merit(x: Array, lam: Array, rho: float) -> tuple[float, Array]:
-        shifted = problem.rows(x) + lam / rho
-        force = rho * (shifted - np.clip(shifted, low, high))
-        gradient = problem.gradient(x)
-        if force.any():
-            gradient = gradient + problem.jacobian(x).T @ force
-        return problem.objective(x) + float(force @ force) / (2 * rho), gradient
-
-    def solve(x0: Array) -> Answer:
-        x, lam, rho, before, left = x0, np.zeros(len(low)), FIRST_WEIGHT, np.inf, task.iterations
-        tolerance = np.sqrt(task.tolerance)
+    def solve(self, nlp: NlpInstance, x: Array) -> Answer:
+        """Solve by the method of multipliers."""
+        low, high = nlp.g_bounds
+        lam, rho, before, left = np.zeros(len(low)), FIRST_WEIGHT, np.inf, nlp.iterations
+        tolerance = np.sqrt(nlp.tolerance)
         for _ in range(OUTER):
             options = {"maxiter": left, "maxfun": 10 * left, "gtol": tolerance, "ftol": 0.0, "maxcor": MEMORY}
-            run = {"method": "L-BFGS-B", "jac": True, "bounds": box, "options": options}
-            result = minimise(merit, x, (lam, rho), **run)
+            result = minimise(nlp, "L-BFGS-B", merit, x, True, args=(nlp, lam, rho), options=options)
             x, left = np.asarray(result.x), left - int(result.nit)
-            g = problem.rows(x)
+            g = nlp.rows(x)
             new = rho * (g + lam / rho - np.clip(g + lam / rho, low, high))
             violation = float(np.abs(new - lam).max(initial=0.0)) / rho
             lam = new
-            if left <= 0 or (violation <= task.tolerance and tolerance <= task.tolerance):
+            if left <= 0 or (violation <= nlp.tolerance and tolerance <= nlp.tolerance):
                 break
-            rho = rho if violation <= max(ENOUGH * before, task.tolerance) else min(GROWTH * rho, LARGEST_WEIGHT)
-            before, tolerance = violation, max(TIGHTEN * tolerance, task.tolerance)
-        return Answer(x, str(result.message), task.iterations - left)
-
-    return solve
+            rho = rho if violation <= max(ENOUGH * before, nlp.tolerance) else min(GROWTH * rho, LARGEST_WEIGHT)
+            before, tolerance = violation, max(TIGHTEN * tolerance, nlp.tolerance)
+        return Answer(x, str(result.message), nlp.iterations - left)
 
 
-METHODS = (
-    Method(
-        name="lbfgsb",
-        kind="augmented Lagrangian",
-        derivatives=1,
-        summary="SciPy's L-BFGS-B, rows by the method of multipliers",
-        prepare=prepare,
-    ),
-)
+def merit(x: Array, nlp: NlpInstance, lam: Array, rho: float) -> tuple[float, Array]:
+    """The augmented Lagrangian and its gradient (nx,)."""
+    shifted = nlp.rows(x) + lam / rho
+    force = rho * (shifted - np.clip(shifted, *nlp.g_bounds))
+    gradient = nlp.gradient(x)
+    if force.any():
+        gradient = gradient + nlp.jacobian(x).T @ force
+    return nlp.objective(x) + float(force @ force) / (2 * rho), gradient
+
+
+ENTRIES = (Entry(Lbfgsb(), "augmented Lagrangian", 1, "SciPy's L-BFGS-B, rows by the method of multipliers"),)

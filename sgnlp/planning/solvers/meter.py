@@ -45,13 +45,13 @@ class _Tap(ca.Callback):
 class Meter:
     """`functions` behave as those that are given, and are counted; `points` are (processor time [s], x) at each ∇f.
 
-    `watch` hears of each of these points as it comes.
+    `watch`, which may be replaced, hears of each of these points as it comes.
     """
 
-    def __init__(self, functions: Functions, watch: Callable[[Array], None] = lambda x: None):
+    def __init__(self, functions: Functions):
         self.calls: Counter[str] = Counter()
         self.points: list[tuple[float, Array]] = []
-        self._watch = watch
+        self.watch: Callable[[Array], None] = lambda x: None
         self._taps: list[_Tap] = []  # CasADi holds no reference to them
         self.functions = Functions(**{name: self._metered(getattr(functions, name), CALLS[name]) for name in CALLS})
 
@@ -67,7 +67,7 @@ class Meter:
             self.calls[call] += 1
             if call == "grad":
                 self.points.append((time.process_time(), x.copy()))
-                self._watch(x)
+                self.watch(x)
 
         tap = _Tap(function.size1_in(0), listen)
         self._taps.append(tap)

@@ -1,66 +1,169 @@
-"""Solvers that CasADi loads as plugins, all called alike."""
+"""Solvers that CasADi loads as plugins: a row for each, with its options."""
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
-from sgnlp.planning.solvers.anatomy import Answer, Array, Refusal, Solve, Task
 from sgnlp.planning.solvers.bridge import differentiable
-from sgnlp.planning.solvers.meter import CALLS
+from sgnlp.planning.solvers.casadi_call import CasadiSolver
+from sgnlp.planning.solvers.process import silence
+from sgnlp.planning.solvers.solver import Answer, Array, Entry, NlpInstance, Refusal
 
 Options = dict[str, Any]
 COMMON: Options = {"print_time": False, "calc_lam_p": False, "error_on_fail": False}
-ASKED = {
-    "nlp_f": ("f",),
-    "nlp_g": ("g",),
-    "nlp_fg": ("f", "g"),
-    "nlp_grad_f": ("grad",),
-    "nlp_grad_l": ("grad", "jac"),
-    "nlp_jac_g": ("jac",),
-    "nlp_jac_fg": ("grad", "jac"),
-    "nlp_hess_l": ("hess",),
-    "fwd1_nlp_grad_l": ("hess",),
+SILENT: Options = {"print_header": False, "print_iteration": False, "print_status": False}
+QP: dict[str, Options] = {
+    "qrqp": {"print_iter": False, "print_header": False},
+    "proxqp": {},
+    "osqp": {"osqp.verbose": False},
+    "piqp": {},
+    "daqp": {},
+    "qpoases": {"printLevel": "none"},
 }
-"""CasADi's names of what a plugin asks for; the last is a product with a Hessian, for which it is worked out."""
-SAID = ("unified_return_status", "return_status")
-"""Where a plugin's statistics tell how it ended; the last that says something counts."""
+"""The QP solvers of the wheel with what makes each of them quiet."""
+LEAST_OF_SLEQP = 1e-6
+"""The tolerance that SLEQP has by itself; with less it may never end."""
 
 
-def plugin(name: str, options: Callable[[Task], Options]) -> Callable[[Task], Solve]:
-    """The `prepare` of a nonlinear solver of CasADi, with its options for a task."""
+@dataclass(frozen=True)
+class Plugin(CasadiSolver):
+    """A plugin by CasADi's name, with its options for a program."""
 
-    def prepare(task: Task) -> Solve:
-        if not ca.has_nlpsol(name):
-            raise Refusal(f"casadi {ca.__version__} has no plugin '{name}' here")
-        return called(ca.nlpsol("solver", name, differentiable(task.functions), COMMON | options(task)), task)
+    name: str = ""
+    plugin: str = field(default="", repr=False)
+    options: Callable[[NlpInstance], Options] = field(default=lambda nlp: {}, repr=False)
 
-    return prepare
+    def solve(self, nlp: NlpInstance, x: Array) -> Answer:
+        """CasADi's solver over exact derivatives, without what its library prints."""
+        with silence():
+            return super().solve(nlp, x)
+
+    def prepare(self, nlp: NlpInstance) -> None:
+        """Build it anew: what OSQP and qpOASES keep of one start changes the steps from the next."""
+        with silence():
+            self._nlpsol(nlp, anew=True)
+
+    def build(self, nlp: NlpInstance) -> ca.Function:
+        """CasADi's solver, which differentiates as far as our derivatives let it."""
+        if not ca.has_nlpsol(self.plugin):
+            raise Refusal(f"casadi {ca.__version__} has no plugin '{self.plugin}' here")
+        return ca.nlpsol("solver", self.plugin, differentiable(nlp.functions), COMMON | self.options(nlp))
 
 
-def calls(stats: Options) -> dict[str, int]:
-    """How often a solver asked for each function; several of them share what they are made of."""
-    counts = dict.fromkeys(CALLS.values(), 0)
-    for name, parts in ASKED.items():
-        for part in parts:
-            counts[part] += int(stats.get(f"n_call_{name}", 0))
-    return counts
+def fatrop(nlp: NlpInstance) -> Options:
+    """Fatrop takes optimal control problems: this is one of one stage."""
+    stage = {"structure_detection": "manual", "N": 0, "nx": [len(nlp.rates)], "nu": [0], "ng": [len(nlp.g_bounds[0])]}
+    return stage | {"fatrop": {"tol": nlp.tolerance, "max_iter": nlp.iterations, "print_level": 0}}
 
 
-def called(solver: ca.Function, task: Task) -> Solve:
-    """A solve of a task by a solver of CasADi."""
-    bounds = dict(zip(("lbx", "ubx", "lbg", "ubg"), (*task.x_bounds, *task.g_bounds), strict=True))
+def uno(nlp: NlpInstance, preset: str) -> Options:
+    """Uno is one frame for several methods, which are its presets."""
+    stop = {"tolerance": str(nlp.tolerance), "max_iterations": str(nlp.iterations)}
+    return {"uno": stop | {"preset": preset, "logger": "SILENT"}}
 
-    def solve(x0: Array) -> Answer:
-        result, stats = solver(x0=x0, p=task.p, **bounds), solver.stats()
-        words = [str(stats[key]) for key in SAID if stats.get(key)]
-        return Answer(
-            x=np.array(result["x"]).ravel(),
-            status=words[-1] if words else str(stats.get("success", "")),
-            iterations=int(stats.get("iter_count", -1)),
-            calls=calls(stats),
-            multipliers=(np.array(result["lam_x"]).ravel(), np.array(result["lam_g"]).ravel()),
+
+def sleqp(nlp: NlpInstance) -> Options:
+    """SLEQP finds the active set by linear programs and the step by equality-constrained quadratic ones."""
+    tolerances = {f"{name}_tol": max(nlp.tolerance, LEAST_OF_SLEQP) for name in ("feas", "slack", "stat")}
+    return {"max_iter": nlp.iterations, "sleqp": tolerances}
+
+
+def alpaqa(nlp: NlpInstance) -> Options:
+    """The tolerances of the outer steps, the iterations of the inner ones."""
+    outer = {"alm.tolerance": nlp.tolerance, "alm.dual_tolerance": nlp.tolerance, "alm.print_interval": 0}
+    return {"alpaqa": outer | {"panoc.max_iter": nlp.iterations}}
+
+
+def qpsol(qp: str) -> Options:
+    """The QP solver of an SQP method; it says nothing, and its failure is for the method to handle."""
+    return {"qpsol": qp, "qpsol_options": QP[qp] | {"error_on_fail": False}}
+
+
+def stop(nlp: NlpInstance) -> Options:
+    """When CasADi's SQP methods end."""
+    return {"tol_du": nlp.tolerance, "tol_pr": nlp.tolerance, "max_iter": nlp.iterations}
+
+
+def sqpmethod(nlp: NlpInstance, qp: str, more: Options) -> Options:
+    """Without a convex Hessian none of the QP solvers gives a descent."""
+    return SILENT | qpsol(qp) | stop(nlp) | more
+
+
+def qrsqp(nlp: NlpInstance) -> Options:
+    """On CasADi's own sparse QR."""
+    quiet = {"print_header": False, "print_iteration": False, "qpsol_options": qpsol("qrqp")["qpsol_options"]}
+    return stop(nlp) | quiet | {"regularize": True}
+
+
+def scpgen(nlp: NlpInstance) -> Options:
+    """The lifted SQP (Albersmeyer & Diehl 2010)."""
+    return stop(nlp) | qpsol("qrqp") | {"print_header": False}
+
+
+def feasiblesqp(nlp: NlpInstance) -> Options:
+    """The feasible SQP with a trust region (Kiessling et al. 2022)."""
+    ends = {"optim_tol": nlp.tolerance, "feas_tol": nlp.tolerance, "max_iter": nlp.iterations}
+    return SILENT | qpsol("qrqp") | ends | {"convexify_strategy": "regularize"}
+
+
+CONVEX: Options = {"convexify_strategy": "regularize"}
+LIMITED: Options = {"hessian_approximation": "limited-memory"}
+SHOWN = "daqp"
+"""The QP solver that stands for all where nothing is said: the steps of the others are the same."""
+STALLS = "does not get to 1e-3 in 3 s on a plan's problems"
+RARE = "gets to 1e-3 in 3 s on one in 42 of a plan's problems"
+INFEASIBLE = "asks for a feasible start, which a plan's constraints do not have"
+NO_DERIVATIVE = "asks for derivatives of the Jacobian, which a plan's functions do not have"
+
+
+def _row(name: str, plugin: str, options: Callable[..., Options], *about: Any, **fixed: Any) -> Entry:
+    return Entry(Plugin(name=name, plugin=plugin, options=partial(options, **fixed) if fixed else options), *about)
+
+
+ENTRIES = (
+    _row("fatrop", "fatrop", fatrop, "interior point", 2, "Fatrop, exact Hessian, one stage"),
+    _row("uno-ipopt", "uno", uno, "interior point", 2, "Uno's preset ipopt, exact Hessian", preset="ipopt"),
+    _row("uno-filtersqp", "uno", uno, "SQP", 2, "Uno's preset filtersqp, exact Hessian", preset="filtersqp"),
+    _row("uno-filterslp", "uno", uno, "SLP", 2, "Uno's preset filterslp, exact Hessian", RARE, preset="filterslp"),
+    _row("sleqp", "sleqp", sleqp, "active set", 2, "SLEQP, products with the exact Hessian"),
+    _row("alpaqa", "alpaqa", alpaqa, "augmented Lagrangian", 1, "alpaqa, proximal, on PANOC", NO_DERIVATIVE),
+    *(
+        _row(
+            f"sqp-{qp}",
+            "sqpmethod",
+            sqpmethod,
+            "SQP",
+            2,
+            f"CasADi's sqpmethod, regularised exact Hessian, {qp}",
+            "" if qp == SHOWN else STALLS,
+            qp=qp,
+            more=CONVEX,
         )
-
-    return solve
+        for qp in QP
+    ),
+    _row(
+        "sqp-limited",
+        "sqpmethod",
+        sqpmethod,
+        "SQP",
+        1,
+        "CasADi's sqpmethod, limited-memory BFGS, qrqp",
+        STALLS,
+        qp="qrqp",
+        more=LIMITED,
+    ),
+    _row("qrsqp", "qrsqp", qrsqp, "SQP", 2, "CasADi's qrsqp, regularised exact Hessian", STALLS),
+    _row("scpgen", "scpgen", scpgen, "SQP", 2, "CasADi's scpgen, exact Hessian, qrqp", STALLS),
+    _row(
+        "feasiblesqp",
+        "feasiblesqpmethod",
+        feasiblesqp,
+        "SQP",
+        2,
+        "CasADi's feasiblesqpmethod, regularised exact Hessian, qrqp",
+        INFEASIBLE,
+    ),
+)

@@ -3,8 +3,8 @@
 import casadi as ca
 import numpy as np
 
-from sgnlp.planning.solvers.anatomy import Method, Task
 from sgnlp.planning.solvers.process import Send, apart, spend
+from sgnlp.planning.solvers.solver import NlpInstance, Solver
 from sgnlp.program.oracle import Functions
 
 SOLUTION = np.array([0.0, 1.0, 2.0, -1.0])
@@ -39,9 +39,9 @@ def problem() -> Functions:
     )
 
 
-def task(tolerance: float = 1e-8) -> Task:
+def instance(tolerance: float = 1e-8) -> NlpInstance:
     """The problem in a box that does not bind."""
-    return Task(
+    return NlpInstance(
         functions=problem(),
         p=np.ones(1),
         x_bounds=(np.full(4, -10.0), np.full(4, 10.0)),
@@ -52,12 +52,12 @@ def task(tolerance: float = 1e-8) -> Task:
     )
 
 
-def missing(method: Method) -> str:
-    """Why a method does not run here; empty if it does."""
+def missing(solver: Solver) -> str:
+    """Why a solver does not run here; empty if it does."""
 
     def work(send: Send) -> None:
         spend(PATIENCE)
-        send(bool(np.isfinite(method.prepare(task())(START).x).all()))
+        send(bool(np.isfinite(solver.solve(instance(), START).x).all()))
 
     sent, reason = apart(work, PATIENCE)
     return reason or ("" if sent == [True] else "its answer is not finite")

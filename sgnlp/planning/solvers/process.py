@@ -1,10 +1,15 @@
-"""Work in a process of its own that may crash, hang or lie: what it sent before its end is kept, and why it ended."""
+"""Libraries that may crash, hang, lie or print: work in a process of its own, and silence.
 
+What a process sent before its end is kept, with the reason for that.
+"""
+
+import ctypes
 import faulthandler
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -15,6 +20,22 @@ WALL_FACTOR = 60.0
 """A process that says nothing for so many times its limit of processor time sleeps: the machine is not that busy."""
 
 Send = Callable[[Any], None]
+
+
+@contextmanager
+def silence() -> Iterator[None]:
+    """Lose what libraries print, from C and through Python."""
+    kept = {stream: os.dup(stream) for stream in (1, 2)}
+    try:
+        with open(os.devnull, "w", encoding="utf-8") as nothing, redirect_stdout(nothing), redirect_stderr(nothing):
+            for stream in kept:
+                os.dup2(nothing.fileno(), stream)
+            yield
+            ctypes.CDLL(None).fflush(None)
+    finally:
+        for stream, copy in kept.items():
+            os.dup2(copy, stream)
+            os.close(copy)
 
 
 def spend(seconds: float) -> None:

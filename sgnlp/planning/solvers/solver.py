@@ -4,13 +4,14 @@ min f(x, p)   subject to   g_low ≤ g(x, p) ≤ g_high,  x_low ≤ x ≤ x_high
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from math import nan
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.base import settings
 from sgnlp.base.errors import SolverError
 from sgnlp.program.oracle import Functions
 
@@ -18,6 +19,8 @@ Array = NDArray[np.float64]
 Bounds = tuple[Array, Array]
 Multipliers = tuple[Array, Array]
 """(λ_x (nx), λ_g (ng)): positive ones push down from upper bounds."""
+PLAIN = (str, int, float, bool, type(None))
+"""Values that JSON has."""
 
 
 class Refusal(SolverError):
@@ -65,9 +68,9 @@ class NlpInstance:
 class Answer:
     """Where a solver ended, all else optional. Nothing of it is believed but x.
 
-    `multipliers` are estimated if it has none. `calls` are its own counts of f, grad, g, jac and hess. `lowest` is the
-    lowest f on the way, rows met or not, for a method that does not end at its last point. `way` has a number for each
-    point that it went through: `obj` (f), `inf_pr`, `inf_du` and `mu`.
+    `multipliers` are estimated if it has none. `calls` are its own counts of f, grad, g, jac and hess, and `seconds`
+    is the time that they took. `lowest` is the lowest f on the way, rows met or not, for a method that does not end at
+    its last point. `way` has a number for each point that it went through: `obj` (f), `inf_pr`, `inf_du` and `mu`.
     """
 
     x: Array  # (nx,)
@@ -75,32 +78,22 @@ class Answer:
     iterations: int = 0
     multipliers: Multipliers | None = None
     calls: dict[str, int] | None = None
+    seconds: float = nan
     lowest: float = nan
     way: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Solver:
-    """A solver with its options. One of your own is a subclass with a `solve`.
-
-    `name`, `kind` (the algorithm's family), `derivatives` (the highest order that it asks for) and `summary` stand in
-    tables; `known` says why a comparison leaves it out unless it is asked for by name.
-    """
+    """A solver with its options, which are fields. One of your own is a subclass with a `solve`."""
 
     tolerance: float | None = None
     """what it is asked for; that of the settings if None"""
 
-    name: ClassVar[str] = ""
-    kind: ClassVar[str] = ""
-    derivatives: ClassVar[int] = 1
-    summary: ClassVar[str] = ""
-    known: ClassVar[str] = ""
-
-    def __init_subclass__(cls) -> None:
-        """Name the solver after its class."""
-        super().__init_subclass__()
-        if "name" not in cls.__dict__:
-            cls.name = cls.__name__.lower()
+    @property
+    def name(self) -> str:
+        """What tables and results call it: the name of its class in lower case, unless that has a `name`."""
+        return type(self).__name__.lower()
 
     def solve(self, nlp: NlpInstance, x: Array) -> Answer:
         """Solve a program from x (nx,), a point within its bounds. Raises `Refusal` if it cannot."""
@@ -108,3 +101,27 @@ class Solver:
 
     def prepare(self, nlp: NlpInstance) -> None:
         """Build what takes long and does not depend on the numbers; `solve` does so where this was not called."""
+
+    def settled(self, chosen: settings.Solver) -> "Solver":
+        """The solver with options of the settings where it has none of its own."""
+        return self
+
+    def told(self) -> dict[str, Any]:
+        """Its name and its options in plain values, for the record of a result."""
+        options = {f.name: getattr(self, f.name) for f in fields(self) if f.repr and f.name != "name"}
+        return {"name": self.name} | {name: v if isinstance(v, PLAIN) else str(v) for name, v in options.items()}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A row of the table of solvers.
+
+    `kind` is the algorithm's family, `derivatives` the highest order that it asks for. `known` says why a comparison
+    leaves the solver out unless it is asked for by name.
+    """
+
+    solver: Solver
+    kind: str
+    derivatives: int
+    summary: str
+    known: str = ""
