@@ -1,5 +1,8 @@
 """Whether a grasp holds: the hand, the table and the true object in MuJoCo.
 
+A planned grasp and the true surface of its object come in, an `Outcome` goes out: what happened in each phase, and the
+score. It knows the rooms before it, `hand` and `planning` among them.
+
 >>> outcome = simulate(plan.best, observation, SimulationSettings(mass=0.3))
 >>> outcome.score, outcome.pushes_held
 """
