@@ -68,13 +68,13 @@ class Check:
 
     @property
     def demand(self) -> str:
-        """What the value is to be: "at least 5 mN m", "0 ± 2 mm", "4 to 10 N"."""
+        """What the value is to be: "≥ 5 mN m", "0 ± 2 mm", "4 to 10 N"."""
         if self.lower == self.upper:
             text = f"{self.lower:.3g} ± {self.tolerance:.3g}"
         elif self.upper == inf:
-            text = f"at least {self.lower:.3g}"
+            text = f"≥ {self.lower:.3g}"
         elif self.lower == -inf:
-            text = f"at most {self.upper:.3g}"
+            text = f"≤ {self.upper:.3g}"
         else:
             text = f"{self.lower:.3g} to {self.upper:.3g}"
         return f"{text} {self.unit}".rstrip()

@@ -2,6 +2,7 @@
 
 import shutil
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,10 +11,17 @@ from scenes import hand
 
 from sgnlp.base import toolchain
 from sgnlp.base.presets import PRESETS, ROBUST
+from sgnlp.base.settings import Settings
 from sgnlp.cli import compiling, run
+from sgnlp.planning.additions import NOTHING
 from sgnlp.program import compiled
-from sgnlp.program.structure import Structure
 
+SETTINGS = replace(
+    ROBUST,
+    spheres="paper",
+    contact=replace(ROBUST.contact, samples=2),
+    solver=replace(ROBUST.solver, formulation="penalty"),
+)
 SMALL = ("--spheres", "paper", "--contact.samples", "2", "--solver.formulation", "penalty")
 
 
@@ -26,6 +34,11 @@ def folder(tmp_path, monkeypatch):
     compiled.load.cache_clear()
 
 
+def asked(settings: Settings, hand: str = "allegro_left") -> SimpleNamespace:
+    """The flags of a command that plans."""
+    return SimpleNamespace(hand=hand, settings=settings, with_=None, additions=NOTHING)
+
+
 def test_an_empty_cache_is_shown_and_not_made(folder, capfd):
     assert run(["cache"]) == 0
     assert str(folder) in capfd.readouterr().out.replace("\n", "")
@@ -36,7 +49,7 @@ def test_an_empty_cache_is_shown_and_not_made(folder, capfd):
 def test_what_is_built_is_shown_used_and_cleared(tmp_path, capfd, monkeypatch):
     assert run(["cache", "--build", "--jobs", "2", *SMALL]) == 0  # in the cache of all tests, unless it is there
     assert capfd.readouterr().err == ""
-    structure = Structure("penalty", 2, "share", "exact")
+    (structure,) = NOTHING.structures(SETTINGS)
     compiled.load.cache_clear()
     assert compiled.load(hand("paper"), structure) is not None
     library = compiled.path(hand("paper"), structure)
@@ -62,16 +75,16 @@ def test_without_a_compiler_a_build_ends_with_one_line(folder, capfd, monkeypatc
 def test_a_plan_with_interpreted_functions_names_the_command_that_compiles_them(folder, capfd, monkeypatch):
     settings = replace(ROBUST, spheres="paper", contact=replace(ROBUST.contact, samples=4))
     console = Console(width=200)
-    compiling.offer(console, hand("paper"), "allegro_left", settings)
+    compiling.offer(console, hand("paper"), asked(settings))
     assert "'sgnlp cache --build --contact.samples 4 --spheres paper' compiles them" in capfd.readouterr().out
-    compiling.offer(console, hand("paper"), "some/folder", settings)
+    compiling.offer(console, hand("paper"), asked(settings, hand="some/folder"))
     assert "cache --build --hand some/folder --contact.samples 4 --spheres paper" in capfd.readouterr().out
-    compiling.offer(console, hand(), "allegro_left", PRESETS["bilevel-heuristic"])
+    compiling.offer(console, hand(), asked(PRESETS["bilevel-heuristic"]))
     assert "cache --build --contact.metric closure --contact.heuristic 1.6' compiles" in capfd.readouterr().out
-    compiling.offer(console, hand("paper"), "x", replace(settings, solver=replace(settings.solver, compiled=False)))
+    compiling.offer(console, hand("paper"), asked(replace(settings, solver=replace(settings.solver, compiled=False))))
     assert capfd.readouterr().out == ""
     monkeypatch.setenv("CC", "no-such-compiler")
-    compiling.offer(console, hand("paper"), "x", settings)
+    compiling.offer(console, hand("paper"), asked(settings))
     assert "twice as long: no C compiler: $CC is" in capfd.readouterr().out
 
 
@@ -79,7 +92,7 @@ def test_on_a_terminal_they_are_compiled_in_the_background(folder, monkeypatch):
     started = []
     monkeypatch.setattr(compiling.subprocess, "Popen", lambda command, **rest: started.append((command, rest)))
     monkeypatch.setattr(compiled, "can_compile", lambda: True)
-    compiling.offer(Console(force_terminal=True), hand("paper"), "allegro_left", replace(ROBUST, spheres="paper"))
+    compiling.offer(Console(force_terminal=True), hand("paper"), asked(replace(ROBUST, spheres="paper")))
     ((command, rest),) = started
     assert command[1:] == ["-m", "sgnlp", "cache", "--build", "--spheres", "paper"]
     assert rest["start_new_session"]
@@ -91,9 +104,9 @@ def test_a_build_before_the_starts_is_worth_it_for_many_and_only_where_it_is_wan
     settings = replace(ROBUST, spheres="paper")
     can = [True]
     monkeypatch.setattr(compiled, "can_compile", lambda: can[0])
-    assert compiling.worthwhile(hand("paper"), settings, compiling.WORTH)
-    assert not compiling.worthwhile(hand("paper"), settings, compiling.WORTH - 1)
+    assert compiling.worthwhile(hand("paper"), asked(settings), compiling.WORTH)
+    assert not compiling.worthwhile(hand("paper"), asked(settings), compiling.WORTH - 1)
     interpreted = replace(settings, solver=replace(settings.solver, compiled=False))
-    assert not compiling.worthwhile(hand("paper"), interpreted, compiling.WORTH)
+    assert not compiling.worthwhile(hand("paper"), asked(interpreted), compiling.WORTH)
     can[0] = False
-    assert not compiling.worthwhile(hand("paper"), settings, compiling.WORTH)
+    assert not compiling.worthwhile(hand("paper"), asked(settings), compiling.WORTH)

@@ -27,6 +27,7 @@ from sgnlp.perception.observation import Reading
 from sgnlp.planning import results
 from sgnlp.planning.batch import Row, Task, batch, plan
 from sgnlp.planning.pool import Failure
+from sgnlp.planning.solvers import settled
 
 LEAN_FLAGS = [*SMALL_FLAGS, "--spheres", "paper", "--contact.samples", "2"]
 """Functions that a process builds in half the time."""
@@ -47,11 +48,12 @@ def solved(monkeypatch) -> list[str]:
     """The names that are solved, by a solver that gives the plan of the shared scene or fails by the name."""
     names = []
 
-    def fake(seen, hand, settings, *, count, seed, jobs, timeout, extension):
+    def fake(seen, hand, settings, *, count, seed, jobs, timeout, solver, extension):
         names.append(seen.name)
         if "broken" in seen.name:
             raise RuntimeError("CasADi says [no]\nand more")
-        plan = replace(small_plan(), observation=seen, seed=seed, jobs=jobs, timeout=timeout)
+        given = {"seed": seed, "jobs": jobs, "timeout": timeout, "solver": settled(solver, settings.solver)}
+        plan = replace(small_plan(), observation=seen, **given)
         if "stopped" in seen.name:
             return replace(
                 plan, solutions=(), failures=tuple(Failure(i, f"stopped after {timeout:g} s") for i in (0, 1))
@@ -228,6 +230,7 @@ def test_what_is_solved_is_not_solved_again_and_what_failed_is(solved):
         {"settings": replace(SMALL, rank_by="energy")},
         {"hand": "allegro_right"},
         {"reading": Reading(table_height=-0.001)},
+        {"solver": "fatrop"},
     ],
     ids=lambda change: next(iter(change)),
 )

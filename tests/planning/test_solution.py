@@ -185,10 +185,10 @@ def test_a_check_says_what_was_demanded_in_the_unit_of_tables():
     checks = {check.name: check.demand for check in feasibility(posed(SMALL), good())}
     assert checks["contact"] == "0 ± 2 mm"
     assert checks["force"] == f"{LIMITS.force_min:g} to {LIMITS.force_max:g} N"
-    assert checks["shift"] == "at most 10 mm"
-    assert checks["stiffness"] == "at least 5 mN m"
+    assert checks["shift"] == "≤ 10 mm"
+    assert checks["stiffness"] == "≥ 5 mN m"
     assert checks["rotation"] == "0 to 10 deg"
-    assert checks["margin_equilibrium"] == "at least 0.05"
+    assert checks["margin_equilibrium"] == "≥ 0.05"
 
 
 # --- recomputed values ----------------------------------------------------------------------------------------------

@@ -99,16 +99,16 @@ def test_the_pictures_of_the_text_are_beside_it_and_different_grasps(folder, res
         assert (folder / "report" / f"{name}.svg").read_bytes().startswith(b"<?xml")
 
 
-def test_the_courses_are_the_iterations_of_every_start(folder, result):
-    with np.load(folder / results.COURSES) as courses:
+def test_the_history_has_the_iterations_of_every_start(folder, result):
+    with np.load(folder / results.HISTORY) as history:
         for start, iterations in zip(result.grasps.start, result.grasps.iterations, strict=True):
-            own = courses["start"] == start
-            phases = len(set(courses["formulation"][own].tolist()))
+            own = history["start"] == start
+            phases = len(set(history["formulation"][own].tolist()))
             assert phases == 2
             assert own.sum() == iterations + phases  # with the point that each begins at
-        last = courses["primal"][courses["start"] == result.grasps.start[0]][-1]
+        last = history["primal"][history["start"] == result.grasps.start[0]][-1]
         assert last < 1e-4
-        panels = convergence(dict(courses))
+        panels = convergence(dict(history))
     assert [len(panel.series) for panel in panels] == [2] * 4
     assert [panel.log for panel in panels] == [False, True] * 2
 
@@ -187,7 +187,7 @@ def test_without_its_cloud_a_report_says_so_and_leaves_out_what_needs_it(folder,
     text = (copy / "report.md").read_text(encoding="utf-8")
     assert re.search(r"Without cloud and surface, and cautions that need them: '\S*gone.npz' is not there", text)
     assert "Where the fingers meet" not in text
-    assert "## Convergence" not in text  # the courses went with the older result
+    assert "## Convergence" not in text  # the history went with the older result
 
 
 def test_a_missing_summary_is_refused(folder, tmp_path, capfd):
