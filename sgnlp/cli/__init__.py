@@ -1,7 +1,7 @@
 """The command line. Only this room and the commands of `experiments` print.
 
-Flags and files come in, printed tables and written files go out. It knows all rooms before it, and finds the commands of
-`experiments` by name.
+Flags and files come in, printed tables and written files go out. It knows all rooms before it, and finds the commands
+of `experiments` by name.
 
 A command's module is imported when the command is called, and its flags alone are parsed: what all of them need takes
 a quarter of a second.

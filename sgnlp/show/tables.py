@@ -69,8 +69,7 @@ def checks_table(s: Solution) -> Table:
     """The feasibility checks of a grasp."""
     table = Table(f"Start {s.start}, recomputed", "constraint", "worst value", "demanded", "passed")
     for check in s.checks:
-        value = f"{_near_zero(check.value):.3g} {check.unit}".rstrip()
-        table.add_row(check.row or check.name, value, check.demand, YES if check.passed else NO)
+        table.add_row(check.name, f"{_near_zero(check.value):.3g}", check.demand, YES if check.passed else NO)
     return table
 
 

@@ -75,7 +75,7 @@ def test_solve_from_a_shell_writes_the_result_and_shows_it(workplace):
     summary = json.loads(Path("results/orange_0/summary.json").read_text(encoding="utf-8"))
     assert len(grasps) == summary["starts"] == 2
     assert summary["best"]["energy"] == grasps.energy[0]
-    for text in ("Starts, best first", "gain [N/m]", "exact energy", "margin at equilibrium", "outliers"):
+    for text in ("Starts, best first", "gain [N/m]", "exact energy", "margin_equilibrium", "outliers"):
         assert text in done.stdout
     last = [line for line in done.stdout.splitlines() if not line.startswith("caution: ")][-2:]
     assert last[0].startswith(f"orange_0: {summary['feasible']} of 2 starts feasible in ")
@@ -163,7 +163,7 @@ def first_hangs(planner, start):
 
 def first_raises(planner, start):
     if start.index == 0:
-        raise RuntimeError("CasADi says [no]\nand more")
+        raise RuntimeError("and more\nCasADi says [no]")
     return replace(small_plan().solutions[0], start=start.index)
 
 

@@ -16,6 +16,7 @@ from sgnlp.cli import run
 from sgnlp.hand.hand import load_hand
 from sgnlp.planning import results
 from sgnlp.planning.grasps import PER_HAND, Grasps, stack
+from sgnlp.program.terms import preset_terms
 
 HAND = load_hand("allegro_left")
 SHORT = ("--hold-time", "0.3", "--push-time", "0.2")
@@ -34,7 +35,7 @@ def folder(tmp_path, monkeypatch) -> Path:
     good = grip(HAND, *faces(0.06, 0.045))
     rows = [good, replace(good, targets=good.targets + 0.08 * faces(0.06, 0.045)[1])]
     meta = {"hand": "allegro_left", "settings": asdict(ROBUST), "source": "box.npz"}
-    empty = stack(HAND, [], meta)
+    empty = stack(HAND, preset_terms(ROBUST), [], meta)
     values = {
         f.name: np.zeros((2, *getattr(empty, f.name).shape[1:]), getattr(empty, f.name).dtype)
         for f in fields(Grasps)

@@ -86,7 +86,7 @@ def test_the_numbers_are_those_of_the_summary(folder):
         assert float(row[3]) == pytest.approx(term["share"], abs=5e-3)
     assert float(total[3]) == pytest.approx(summary["best"]["energy"], abs=5e-3)
     for row in shown["Margins and checks"][1:]:
-        assert float(row[1].split()[0]) == pytest.approx(summary["best"]["checks"][row[0]]["value"], rel=5e-3)
+        assert float(row[2]) == pytest.approx(summary["best"]["checks"][row[0]]["value"], rel=5e-3)
 
 
 def test_the_pictures_of_the_text_are_beside_it_and_different_grasps(folder, result):

@@ -26,6 +26,7 @@ from sgnlp.perception.observation import load
 from sgnlp.perception.synthetic.meshes import Mesh
 from sgnlp.planning import reopen, results
 from sgnlp.planning.grasps import PER_HAND, Grasps, stack
+from sgnlp.program.terms import preset_terms
 from sgnlp.show import camera as scene_camera
 from sgnlp.show import live, png, sheets, web_page
 from sgnlp.show.scene import scene, stages
@@ -55,7 +56,7 @@ def made_in(tmp_path: Path) -> Grasps:
     cloud = load(tmp_path / "box.npz")
     meta = {"hand": "allegro_left", "settings": asdict(ROBUST), "source": cloud.source, "object": "box", "seed": 0}
     meta |= {"input_digest": cloud.digest, "reading": asdict(cloud.reading), "table_height": 0.0}
-    empty = stack(ALLEGRO, [], meta)
+    empty = stack(ALLEGRO, preset_terms(ROBUST), [], meta)
     values = {f.name: getattr(empty, f.name) for f in fields(Grasps) if f.name not in (*PER_HAND, "meta")}
     values = {name: np.zeros((1, *value.shape[1:]), value.dtype) for name, value in values.items()}
     good = asdict(grip(ALLEGRO, *faces(0.06, 0.045)))

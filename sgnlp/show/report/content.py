@@ -181,10 +181,10 @@ def numbers(result: Reopened, summary: Mapping[str, Any]) -> Section:
         known = None if result.problem is None else result.problem.weights()
         return Section("Energy of the least bad", (said,), sheets=(energy(result.grasps, 0, known),))
     weights = [term["weight"] for term in found["energy_terms"].values()]
-    checks = [("constraint", "worst value", "demanded", "passed")]
+    checks = [("constraint", "worst at", "value", "demanded", "passed")]
     for name, check in found["checks"].items():
-        value = f"{check['value']:.3g} {check['unit']}".strip()
-        checks.append((check["row"] or name, value, check["demand"], "yes" if check["passed"] else "no"))
+        where = check["row"].removeprefix(name).strip("[]")
+        checks.append((name, where, f"{check['value']:.3g}", check["demand"], "yes" if check["passed"] else "no"))
     both = (energy(result.grasps, 0, weights), Sheet("Margins and checks", tuple(checks)))
     return Section("Energy and checks of the best", (said,), sheets=both)
 
