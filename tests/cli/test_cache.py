@@ -5,16 +5,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hands import THREE
 from rich.console import Console
 from scenes import hand
 
 from sgnlp.base import toolchain
 from sgnlp.base.presets import PRESETS, ROBUST
 from sgnlp.cli import compiling, run
+from sgnlp.hand.hand import load_hand
 from sgnlp.program import compiled
 from sgnlp.program.structure import Structure
 
-SMALL = ("--spheres", "paper", "--contact.samples", "2", "--solver.formulation", "penalty")
+SMALL = ("--hand", str(THREE), "--contact.samples", "2", "--solver.formulation", "penalty")
 
 
 @pytest.fixture
@@ -38,8 +40,8 @@ def test_what_is_built_is_shown_used_and_cleared(tmp_path, capfd, monkeypatch):
     assert capfd.readouterr().err == ""
     structure = Structure("penalty", 2, "share", "exact")
     compiled.load.cache_clear()
-    assert compiled.load(hand("paper"), structure) is not None
-    library = compiled.path(hand("paper"), structure)
+    assert compiled.load(load_hand(THREE), structure) is not None
+    library = compiled.path(load_hand(THREE), structure)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     folder = toolchain.cache_folder()
     folder.mkdir()

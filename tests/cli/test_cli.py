@@ -202,7 +202,8 @@ def test_a_result_without_any_solution_is_written_and_read(cloud, capfd, monkeyp
 
 def test_ctrl_c_ends_every_worker_and_leaves_no_file(cloud):
     hanging = command_with("import sgnlp.planning.pool, processes; sgnlp.planning.pool.solve_start = processes.hang")
-    with running([*hanging, "solve", cloud, "--jobs", "2", "--out", "here", *SMALL_FLAGS]) as process:
+    quick = ["--solver.formulation", "penalty", "--spheres", "paper", "--contact.samples", "2"]
+    with running([*hanging, "solve", cloud, "--jobs", "2", "--out", "here", *SMALL_FLAGS, *quick]) as process:
         assert wait_for(Path("hanging").exists), "no start has begun"
         assert interrupted(process) == (codes.INTERRUPTED, "", "interrupted\n")
     assert codes.INTERRUPTED == 130

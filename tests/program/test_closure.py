@@ -3,7 +3,6 @@
 from dataclasses import replace
 from functools import cache
 
-import cvxpy as cp
 import numpy as np
 import pytest
 from scenes import SMALL, block, exact_grasp, hand, oracle, posed, random_point
@@ -39,6 +38,8 @@ WIDTHS = (0.1, 1e-2, 1e-3)
 
 def convex(problem: Problem, g: Grasp) -> float:
     """min |Σ F - m g e_z| + |Σ (p - c_g) × F| over the friction cones with a least normal force, as cones."""
+    import cvxpy as cp  # takes a second, which a process that runs other files saves
+
     contact, force_min = problem.settings.contact, problem.settings.limits.force_min
     F = cp.Variable(g.contacts.shape)
     force = cp.sum(F, axis=0) - np.array([0.0, 0.0, contact.mass * GRAVITY])
