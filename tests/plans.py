@@ -9,7 +9,7 @@ from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.plan import Plan, solve
 
 SMALL_FLAGS = ["--gpis.surface-points", "60", "--gpis.interior-points", "15", "--gpis.exterior-noise", "0.2"]
-SMALL_FLAGS += ["--contact.mass", "0"]
+SMALL_FLAGS += ["--contact.mass", "0", "--contact.samples", "4"]
 
 
 @lru_cache

@@ -17,6 +17,7 @@ from unittest import SkipTest
 from unittest.mock import patch
 
 import pytest
+from plans import SMALL_FLAGS
 
 from sgnlp import cli
 from sgnlp.surface.kernels import KERNELS
@@ -28,8 +29,7 @@ ROOT = Path(__file__).parents[1]
 PAGES = ROOT / "docs" / "pages"
 SHARED = ("docs", "problems", "urdf")
 """What a reader in the project's folder has, beside the files that a page makes."""
-SMALL = "--starts 1 --gpis.surface-points 60 --gpis.interior-points 15 --timeout 3600"
-CHEAP = f"{SMALL} --solver.formulation constrained"
+CHEAP = f"--starts 1 --timeout 3600 --solver.formulation constrained {shlex.join(SMALL_FLAGS[:4])} --contact.samples 4"
 """Added to the plans of all pages but the tutorial, whose numbers are compared."""
 TOLERANCE = 0.05
 """Of numbers in what the tutorial shows: machines with and without a compiler differ in the last digits."""

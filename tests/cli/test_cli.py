@@ -202,7 +202,7 @@ def test_a_result_without_any_solution_is_written_and_read(cloud, capfd, monkeyp
 
 def test_ctrl_c_ends_every_worker_and_leaves_no_file(cloud):
     hanging = command_with("import sgnlp.planning.pool, processes; sgnlp.planning.pool.solve_start = processes.hang")
-    quick = ["--solver.formulation", "penalty", "--spheres", "paper", "--contact.samples", "2"]
+    quick = ["--solver.formulation", "penalty", "--spheres", "paper"]
     with running([*hanging, "solve", cloud, "--jobs", "2", "--out", "here", *SMALL_FLAGS, *quick]) as process:
         assert wait_for(Path("hanging").exists), "no start has begun"
         assert interrupted(process) == (codes.INTERRUPTED, "", "interrupted\n")
@@ -507,7 +507,7 @@ def test_the_defaults_in_the_help_are_those_of_the_preset(capfd, preset):
 
 def test_the_settings_of_the_small_flags_are_those_of_the_shared_scene():
     gpis = replace(ROBUST.gpis, surface_points=60, interior_points=15, exterior_noise=0.2)
-    contact = replace(ROBUST.contact, mass=0.0)
+    contact = replace(ROBUST.contact, mass=0.0, samples=4)
     assert replace(ROBUST, gpis=gpis, contact=contact) == SMALL
     assert isinstance(SMALL, Settings)
     assert solve_start is sgnlp.planning.pool.solve_start

@@ -28,7 +28,7 @@ from sgnlp.planning.batch import Row, Task, batch, plan
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.summary import arrays, summary
 
-FEW = [*SMALL_FLAGS, "--spheres", "paper", "--contact.samples", "2"]
+FEW = [*SMALL_FLAGS[:-2], "--spheres", "paper", "--contact.samples", "2"]
 LEAN_FLAGS = [*FEW, "--solver.formulation", "constrained"]
 """Functions that a process builds in a quarter of the time."""
 UNHURRIED = ["--timeout", "3600"]

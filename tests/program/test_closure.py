@@ -24,7 +24,14 @@ from sgnlp.program.ops import Exact
 from sgnlp.program.terms import TERMS
 from sgnlp.program.terms.spring import margins
 
-CLOSURE = replace(preset("bilevel-low"), gpis=SMALL.gpis)
+
+def small(name: str) -> Settings:
+    """A preset with as few points and samples as the shared scene."""
+    given = preset(name)
+    return replace(given, gpis=SMALL.gpis, contact=replace(given.contact, samples=SMALL.contact.samples))
+
+
+CLOSURE = small("bilevel-low")
 INNER = replace(
     CLOSURE,
     contact=replace(CLOSURE.contact, c=1.0),
@@ -117,7 +124,7 @@ def test_contacts_and_forces_are_targets_and_pregrasps_in_other_coordinates():
 @cache
 def planned(name: str) -> tuple[Solution, Settings]:
     """The first start of a preset on the ellipsoid."""
-    settings = replace(preset(name), gpis=SMALL.gpis)
+    settings = small(name)
     return first(settings), settings
 
 
@@ -192,7 +199,7 @@ def test_the_object_is_lifted_by_a_centimetre_where_that_is_desired():
 
 
 def test_the_object_turns_where_that_is_desired():
-    settings = replace(preset("lift"), gpis=SMALL.gpis)
+    settings = small("lift")
     contact = replace(settings.contact, displacement=(0.0, 0.0, 0.005), turn=(0.0, 0.0, 0.3))
     s = first(replace(settings, contact=contact))
     np.testing.assert_allclose(s.grasp.rotation, s.grasp.rotation_desired, atol=0.05)

@@ -173,9 +173,9 @@ def test_variables_have_their_documented_order_and_units():
 
 
 def test_the_same_hand_and_structure_give_the_same_functions():
-    structure = Structure("penalty", 4, "share", "exact")
-    assert build(hand(), structure) is build(hand(), structure)
-    assert build(hand(), structure) is not build(hand(), replace(structure, samples=5))
+    structure = Structure("penalty", 2, "share", "exact")
+    assert build(hand("paper"), structure) is build(hand("paper"), structure)
+    assert build(hand("paper"), structure) is not build(hand("paper"), replace(structure, samples=3))
 
 
 def test_terms_that_constraints_replace_leave_the_constrained_objective():
