@@ -6,12 +6,15 @@ The environment is set before NumPy loads; the workers of pytest-xdist and all p
 import importlib
 import os
 import shutil
+import sys
 import tempfile
 
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[_variable] = "1"
 for _variable in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE", "TTY_INTERACTIVE", "TERM"):
     os.environ.pop(_variable, None)  # what is printed has the width of 80 and no colour, wherever the tests run
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # else every process that a test starts parses all modules again
+sys.dont_write_bytecode = False
 SHARED = "SGNLP_TESTS_CACHE"
 """A variable that names the cache of several runs of the tests, which none of them removes."""
 OWN = SHARED not in os.environ and "PYTEST_XDIST_WORKER" not in os.environ

@@ -24,8 +24,9 @@ def hang(planner: object, start: object) -> None:
 
 
 def command_with(code: str) -> list[str]:
-    """The command `sgnlp` after some code, which may import from the tests."""
-    return [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(TESTS)!r}); {code}; {COMMAND[2]}"]
+    """The command `sgnlp` after some code, which may import from the tests of every room."""
+    folders = [str(TESTS), *(str(folder) for folder in TESTS.iterdir() if folder.is_dir())]
+    return [sys.executable, "-c", f"import sys; sys.path[:0] = {folders!r}; {code}; {COMMAND[2]}"]
 
 
 def wait_for(condition: Callable[[], object], seconds: float = ALIVE) -> bool:

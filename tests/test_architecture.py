@@ -2,6 +2,7 @@
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -16,6 +17,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 NAMES = [path.relative_to(PACKAGE).as_posix() for path in MODULES]
 
 
+@cache
 def parse(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"), str(path))
 
@@ -29,7 +31,8 @@ def dotted(path: Path) -> str:
 MODULE_OF = {dotted(path): path for path in MODULES}
 
 
-def imported(path: Path) -> set[str]:
+@cache
+def imported(path: Path) -> frozenset[str]:
     """The modules of the package that a module imports, anywhere in it, by their full names."""
     found = set()
     for node in ast.walk(parse(path)):
@@ -40,7 +43,7 @@ def imported(path: Path) -> set[str]:
             for alias in node.names:
                 inner = f"{node.module}.{alias.name}"
                 found |= {inner} & MODULE_OF.keys() or {str(node.module)} & MODULE_OF.keys()
-    return found
+    return frozenset(found)
 
 
 def room(name: str) -> str:

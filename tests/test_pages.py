@@ -2,16 +2,22 @@
 
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
-from contextlib import suppress
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from importlib.util import find_spec
+from io import BytesIO, TextIOWrapper
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 from unittest import SkipTest
 
 import pytest
+from plans import SMALL_FLAGS
+
+from sgnlp import cli
 
 sybil = pytest.importorskip("sybil", reason="finds the code in the pages")
 from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser, SkipParser  # noqa: E402
@@ -20,12 +26,8 @@ ROOT = Path(__file__).parents[1]
 PAGES = ROOT / "docs" / "pages"
 SHARED = ("docs", "problems", "urdf")
 """What a reader in the project's folder has, beside the files that a page makes."""
-CHEAP = "--starts 1 --gpis.surface-points 60 --gpis.interior-points 15 --timeout 3600"
+CHEAP = f"--starts 1 --timeout 3600 --solver.formulation constrained {shlex.join(SMALL_FLAGS[:4])} --contact.samples 4"
 """Added to the plans of all pages but the tutorial, whose numbers are compared."""
-SGNLP = """#!/bin/sh
-case "$1" in solve|batch) exec {python} -m sgnlp "$@" $CHEAP ;; esac
-exec {python} -m sgnlp "$@"
-"""
 TOLERANCE = 0.05
 """Of numbers in what the tutorial shows: machines with and without a compiler differ in the last digits."""
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?![\w.]*\d)")
@@ -37,24 +39,45 @@ def namespace(tmp_path, monkeypatch) -> dict[str, Any]:
     monkeypatch.chdir(tmp_path)
     for name in SHARED:
         (tmp_path / name).symlink_to(ROOT / name)
-    commands = tmp_path / ".commands"
-    commands.mkdir()
-    (commands / "sgnlp").write_text(SGNLP.format(python=sys.executable), encoding="utf-8")
-    (commands / "sgnlp").chmod(0o755)
-    path = f"{commands}{os.pathsep}{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    environment = os.environ | {"PATH": path, "PYTHONPATH": str(ROOT), "COLUMNS": "100"}
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    monkeypatch.setenv("COLUMNS", "100")
     missing = {"missing": lambda *modules: not all(find_spec(name) for name in modules), "which": shutil.which}
-    return {"environment": environment, "printed": "", **missing}
+    return {"printed": "", **missing}
 
 
 def run(example: Any) -> str | None:
     """Run a block of commands; the first that fails is the failure of the block."""
-    names = example.namespace
-    environment = names["environment"] | {"CHEAP": "" if _is_tutorial(example) else CHEAP}
-    command = ["bash", "-euo", "pipefail", "-c", example.parsed]
-    done = subprocess.run(command, env=environment, capture_output=True, encoding="utf-8", timeout=900)
-    names["printed"] = done.stdout
-    return None if done.returncode == 0 else f"exit code {done.returncode}\n{done.stdout}{done.stderr}"
+    example.namespace["printed"] = ""
+    for ours, lines in groupby(example.parsed.splitlines(), lambda line: line.startswith("sgnlp ")):
+        for command in lines if ours else ["\n".join(lines)]:
+            code, out, err = _sgnlp(command, _is_tutorial(example)) if ours else _shell(command)
+            example.namespace["printed"] += out
+            if code:
+                return f"{command}: exit code {code}\n{out}{err}"
+    return None
+
+
+def _sgnlp(command: str, whole: bool) -> tuple[int, str, str]:
+    """Exit code and output of `sgnlp`, run in this process: so the functions of a hand are built once for all pages."""
+    words = shlex.split(command)[1:]
+    words, target = (words[:-2], words[-1]) if ">" in words else (words, None)
+    assert not set("|;&<>*?$`") & set("".join(words)), "needs a shell"
+    more = CHEAP.split() if words[0] in ("solve", "batch") and not whole else []
+    out, err = (TextIOWrapper(BytesIO(), encoding="utf-8", write_through=True) for _ in range(2))
+    with redirect_stdout(out), redirect_stderr(err):
+        code = cli.run([*words, *more])
+    printed, said = (stream.buffer.getvalue().decode() for stream in (out, err))  # type: ignore[attr-defined]
+    if target:
+        Path(target).write_text(printed, encoding="utf-8")
+    return code, "" if target else printed, said
+
+
+def _shell(commands: str) -> tuple[int, str, str]:
+    """Exit code and output of lines that are no commands of ours."""
+    command = ["bash", "-euo", "pipefail", "-c", commands]
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=900)
+    return done.returncode, done.stdout, done.stderr
 
 
 def compare(example: Any) -> str | None:

@@ -227,12 +227,13 @@ def test_a_file_is_made_again_but_for_a_depth_unit_in_a_thousandth_of_the_points
 
 def test_the_same_seed_gives_the_same_bytes_and_another_seed_does_not(tmp_path, monkeypatch):
     written = []
+    monkeypatch.setattr(make, "read_poses", lambda file: {"pyramid": POSES["pyramid"][:1]})
     for run, seed in enumerate(["3", "3", "4"]):
         out = tmp_path / str(run)
         monkeypatch.setattr("time.time", lambda run=run: 1e9 + 1e6 * run)  # zip entries may hold no clock time
         monkeypatch.setattr(sys, "argv", ["make.py", "pyramid", "--seed", seed, "--out", str(out)])
         make.main()
-        written.append((out / "pyramid_2.npz").read_bytes())
+        written.append((out / "pyramid_0.npz").read_bytes())
     assert written[0] == written[1]
     assert written[0] != written[2]
 

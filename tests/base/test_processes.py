@@ -9,8 +9,9 @@ import pytest
 from processes import TESTS, group, running, wait_for
 
 START = (
-    "from processes import hang; from scenes import SMALL, posed; from sgnlp.planning.pool import map_starts; "
-    "from sgnlp.planning.starts import starts; problem = posed(SMALL); "
+    "from processes import hang; from scenes import SMALL, posed, replace; from sgnlp.planning.pool import map_starts; "
+    "from sgnlp.planning.starts import starts; from sgnlp.base.settings import Solver; "
+    "problem = posed(replace(SMALL, solver=Solver(formulation='penalty'), spheres='paper')); "
     "list(map_starts(hang, problem, starts(problem, 1, 0), 1, None))"
 )
 APART = (

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from hands import THREE
 from rich.console import Console
 from scenes import hand
 
@@ -13,16 +14,14 @@ from sgnlp.base import toolchain
 from sgnlp.base.presets import PRESETS, ROBUST
 from sgnlp.base.settings import Settings
 from sgnlp.cli import compiling, run
+from sgnlp.hand.hand import load_hand
 from sgnlp.planning.additions import NOTHING
 from sgnlp.program import compiled
 
 SETTINGS = replace(
-    ROBUST,
-    spheres="paper",
-    contact=replace(ROBUST.contact, samples=2),
-    solver=replace(ROBUST.solver, formulation="penalty"),
+    ROBUST, contact=replace(ROBUST.contact, samples=2), solver=replace(ROBUST.solver, formulation="penalty")
 )
-SMALL = ("--spheres", "paper", "--contact.samples", "2", "--solver.formulation", "penalty")
+SMALL = ("--hand", str(THREE), "--contact.samples", "2", "--solver.formulation", "penalty")
 
 
 @pytest.fixture
@@ -51,8 +50,8 @@ def test_what_is_built_is_shown_used_and_cleared(tmp_path, capfd, monkeypatch):
     assert capfd.readouterr().err == ""
     (structure,) = NOTHING.structures(SETTINGS)
     compiled.load.cache_clear()
-    assert compiled.load(hand("paper"), structure) is not None
-    library = compiled.path(hand("paper"), structure)
+    assert compiled.load(load_hand(THREE), structure) is not None
+    library = compiled.path(load_hand(THREE), structure)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     folder = toolchain.cache_folder()
     folder.mkdir()

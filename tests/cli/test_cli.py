@@ -8,6 +8,7 @@ import signal
 import subprocess
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from scenes import SMALL, ellipsoid, hand
 
 import sgnlp
 from sgnlp import load_grasps
+from sgnlp.base.errors import InputError
 from sgnlp.base.presets import PRESETS, ROBUST
 from sgnlp.base.settings import Settings
 from sgnlp.cli import codes, run
@@ -202,7 +204,8 @@ def test_a_result_without_any_solution_is_written_and_read(cloud, capfd, monkeyp
 
 def test_ctrl_c_ends_every_worker_and_leaves_no_file(cloud):
     hanging = command_with("import sgnlp.planning.pool, processes; sgnlp.planning.pool.solve_start = processes.hang")
-    with running([*hanging, "solve", cloud, "--jobs", "2", "--out", "here", *SMALL_FLAGS]) as process:
+    quick = ["--solver.formulation", "penalty", "--spheres", "paper"]
+    with running([*hanging, "solve", cloud, "--jobs", "2", "--out", "here", *SMALL_FLAGS, *quick]) as process:
         assert wait_for(Path("hanging").exists), "no start has begun"
         assert interrupted(process) == (codes.INTERRUPTED, "", "interrupted\n")
     assert codes.INTERRUPTED == 130
@@ -411,13 +414,21 @@ def leaves(settings: object, prefix: str = "") -> list[tuple[str, str, object]]:
     return found
 
 
-@pytest.mark.parametrize("value", ["nan", "inf"])
-def test_no_setting_takes_what_is_not_a_finite_number(capfd, cloud, monkeypatch, value):
+def test_no_setting_takes_what_is_not_a_finite_number(capfd, cloud, monkeypatch):
     monkeypatch.setattr("sgnlp.cli.solve.solve", never)
     flags = [flag for flag, _, default in leaves(ROBUST) if isinstance(default, float)]
     assert len(flags) > 30
-    for flag in flags:
+    for flag, value in zip(flags, cycle(("nan", "inf")), strict=False):
         assert_refused(capfd, solve(cloud, f"--{flag}", value), f"--{flag} ")
+
+
+@pytest.mark.parametrize("value", [NAN, float("inf")])
+def test_so_it_is_for_settings_in_python(value):
+    for settings in (ROBUST, *(getattr(ROBUST, field.name) for field in fields(ROBUST))):
+        for field in fields(settings) if is_dataclass(settings) else ():
+            if isinstance(getattr(settings, field.name), float):
+                with pytest.raises(InputError, match=field.name.replace("_", "-")):
+                    replace(settings, **{field.name: value})
 
 
 # Usage and help -------------------------------------------------------------------------------------------------------
@@ -506,7 +517,7 @@ def test_the_defaults_in_the_help_are_those_of_the_preset(capfd, preset):
 
 def test_the_settings_of_the_small_flags_are_those_of_the_shared_scene():
     gpis = replace(ROBUST.gpis, surface_points=60, interior_points=15, exterior_noise=0.2)
-    contact = replace(ROBUST.contact, mass=0.0)
+    contact = replace(ROBUST.contact, mass=0.0, samples=4)
     assert replace(ROBUST, gpis=gpis, contact=contact) == SMALL
     assert isinstance(SMALL, Settings)
     assert solve_start is sgnlp.planning.pool.solve_start

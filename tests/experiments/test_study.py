@@ -263,7 +263,7 @@ def test_the_help_lists_every_study(capfd):
 
 def test_cases_run_in_processes_of_their_own(tmp_path):
     file, out = Path(__file__).parents[2] / "problems" / "orange_0.npz", tmp_path / "study"
-    small = ("--gpis.surface-points", 40, "--gpis.interior-points", 10)
+    small = ("--gpis.surface-points", 40, "--gpis.interior-points", 10, "--contact.samples", 2, "--spheres", "paper")
     assert study("calibration", file, "--jobs", 2, "--out", out, *small) == 0
     rows = results.read_rows(out / "rows.csv", STUDIES["calibration"].row)
     assert list(dict.fromkeys(row.views for row in rows)) == [" ".join(views) for views in VIEWS]

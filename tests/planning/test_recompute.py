@@ -17,13 +17,13 @@ from sgnlp.program.lifting import Lifting
 from sgnlp.program.model import Model
 from sgnlp.program.oracle import SurfaceJets
 
-LOADED = replace(SMALL, contact=Contact(mass=0.3, friction=0.7, samples=5))
+LOADED = replace(SMALL, contact=Contact(mass=0.3, friction=0.7, samples=4))
 MOVED = replace(
     SMALL,
-    contact=Contact(mass=0.3, samples=5, c=1.0, displacement=(0.01, -0.02, 0.03), turn=(0.2, -0.1, 0.3)),
+    contact=Contact(mass=0.3, samples=4, c=1.0, displacement=(0.01, -0.02, 0.03), turn=(0.2, -0.1, 0.3)),
     weights=replace(SMALL.weights, pose=1.0),
 )
-NO_PAD = replace(SMALL, contact=Contact(mass=0.0, pad=False, samples=5))
+NO_PAD = replace(SMALL, contact=Contact(mass=0.0, pad=False, samples=4))
 ROUNDED = ("contact_deviations", "path_deviations", "normals", "normals_eq", "gaps")
 """√σ² and |∇μ| are rounded at 0 in the smooth grasp."""
 

@@ -5,7 +5,6 @@ import os
 import signal
 import time
 from concurrent.futures import BrokenExecutor, Future
-from pathlib import Path
 
 import pytest
 from here import Here
@@ -14,23 +13,20 @@ from sgnlp.planning.workers import Workers, each
 
 
 def killer(item: int) -> int:
-    """The square, but item 3 kills its process, and 5 only while no file says that it has."""
-    if item == 3 or (item == 5 and not Path("killed").exists()):
-        if item == 5:
-            Path("killed").touch()
+    """The square, but item 3 kills its process."""
+    if item == 3:
         os.kill(os.getpid(), signal.SIGKILL)
     time.sleep(0.05)
     return item**2
 
 
-def test_an_item_that_kills_its_worker_fails_alone_and_nothing_is_lost(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_an_item_that_kills_its_worker_fails_alone_and_nothing_is_lost():
     workers = Workers(2)
     try:
-        found = dict(each(killer, range(9), workers))
+        found = dict(each(killer, range(6), workers))
     finally:
         workers.close()
-    assert found == {i: i**2 for i in range(9)} | {3: "its worker process died twice"}
+    assert found == {i: i**2 for i in range(6)} | {3: "its worker process died twice"}
 
 
 def test_without_semaphores_everything_is_done_in_this_process(monkeypatch):

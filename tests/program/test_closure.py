@@ -3,7 +3,6 @@
 from dataclasses import replace
 from functools import cache
 
-import cvxpy as cp
 import numpy as np
 import pytest
 from scenes import SMALL, block, exact_grasp, hand, oracle, posed, random_point
@@ -26,7 +25,14 @@ from sgnlp.program.nlp import variable_units
 from sgnlp.program.ops import Exact
 from sgnlp.program.terms.spring import margins
 
-CLOSURE = replace(preset("bilevel-low"), gpis=SMALL.gpis)
+
+def small(name: str) -> Settings:
+    """A preset with as few points and samples as the shared scene."""
+    given = preset(name)
+    return replace(given, gpis=SMALL.gpis, contact=replace(given.contact, samples=SMALL.contact.samples))
+
+
+CLOSURE = small("bilevel-low")
 INNER = replace(
     CLOSURE,
     contact=replace(CLOSURE.contact, c=1.0),
@@ -40,6 +46,8 @@ WIDTHS = (0.1, 1e-2, 1e-3)
 
 def convex(problem: Problem, g: Grasp) -> float:
     """min |Σ F - m g e_z| + |Σ (p - c_g) × F| over the friction cones with a least normal force, as cones."""
+    import cvxpy as cp  # takes a second, which a process that runs other files saves
+
     contact, force_min = problem.settings.contact, problem.settings.limits.force_min
     F = cp.Variable(g.contacts.shape)
     force = cp.sum(F, axis=0) - np.array([0.0, 0.0, contact.mass * GRAVITY])
@@ -118,7 +126,7 @@ def test_contacts_and_forces_are_targets_and_pregrasps_in_other_coordinates():
 @cache
 def planned(name: str) -> tuple[Solution, Settings]:
     """The first start of a preset on the ellipsoid."""
-    settings = replace(preset(name), gpis=SMALL.gpis)
+    settings = small(name)
     return first(settings), settings
 
 
@@ -193,7 +201,7 @@ def test_the_object_is_lifted_by_a_centimetre_where_that_is_desired():
 
 
 def test_the_object_turns_where_that_is_desired():
-    settings = replace(preset("lift"), gpis=SMALL.gpis)
+    settings = small("lift")
     contact = replace(settings.contact, displacement=(0.0, 0.0, 0.005), turn=(0.0, 0.0, 0.3))
     s = first(replace(settings, contact=contact))
     np.testing.assert_allclose(s.grasp.rotation, s.grasp.rotation_desired, atol=0.05)

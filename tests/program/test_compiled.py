@@ -1,15 +1,18 @@
 """Compiled functions: the same bits as CasADi's machine, one build for every object, found again by its key."""
 
 from dataclasses import replace
+from functools import partial
 
 import casadi as ca
 import numpy as np
 import pytest
+from hands import THREE
 from scenes import SMALL, hand
 from test_architecture import MODULE_OF, imported
 
 from sgnlp.base import toolchain
 from sgnlp.base.errors import SolverError
+from sgnlp.hand.hand import load_hand
 from sgnlp.program import codegen, compiled
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.constraints import preset_constraints
@@ -24,7 +27,8 @@ STRUCTURE = structure(
     preset_terms(SMALL),
     preset_constraints(SMALL),
 )
-"""Two samples and the paper's spheres: a small program."""
+"""Two samples: with three fingers and a few spheres a small program."""
+small = partial(load_hand, THREE)
 
 needs_a_compiler = pytest.mark.skipif(not compiled.can_compile(), reason="no C compiler")
 
@@ -41,16 +45,16 @@ def cache():
 def built(cache):
     """The small program, compiled."""
     steps = []
-    library = compiled.compile_program(hand("paper"), STRUCTURE, 2, lambda done, total: steps.append((done, total)))
+    library = compiled.compile_program(small(), STRUCTURE, 2, lambda done, total: steps.append((done, total)))
     assert steps == [(i, len(steps)) for i in range(1, len(steps) + 1)]
     assert library.parent == cache
-    return compiled.load(hand("paper"), STRUCTURE)
+    return compiled.load(small(), STRUCTURE)
 
 
 @needs_a_compiler
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_every_compiled_function_gives_the_bits_of_casadis_machine(built, name):
-    f, g = getattr(build(hand("paper"), STRUCTURE), name), getattr(built, name)
+    f, g = getattr(build(small(), STRUCTURE), name), getattr(built, name)
     rng = np.random.default_rng(0)
     for _ in range(3):
         arguments = [ca.DM(rng.uniform(0.5, 1.5, f.size_in(i))) for i in range(f.n_in())]
@@ -61,7 +65,7 @@ def test_every_compiled_function_gives_the_bits_of_casadis_machine(built, name):
 
 @needs_a_compiler
 def test_a_compiled_program_is_the_interpreted_one_in_everything_else(built):
-    nlp = build(hand("paper"), STRUCTURE)
+    nlp = build(small(), STRUCTURE)
     assert built.row_sizes == nlp.row_sizes
     assert built.terms_used == nlp.terms_used
     assert built.constraints == nlp.constraints
@@ -72,10 +76,10 @@ def test_a_compiled_program_is_the_interpreted_one_in_everything_else(built):
 @needs_a_compiler
 def test_what_is_built_is_found_and_not_built_again(built, cache):
     before = {path: path.stat().st_mtime_ns for path in cache.glob("program-*.so")}
-    compiled.compile_program(hand("paper"), STRUCTURE)
+    compiled.compile_program(small(), STRUCTURE)
     assert {path: path.stat().st_mtime_ns for path in cache.glob("program-*.so")} == before
-    assert compiled.program(hand("paper"), STRUCTURE).points.class_name() != "SXFunction"
-    assert compiled.program(hand("paper"), STRUCTURE, compiled=False) is build(hand("paper"), STRUCTURE)
+    assert compiled.program(small(), STRUCTURE).points.class_name() != "SXFunction"
+    assert compiled.program(small(), STRUCTURE, compiled=False) is build(small(), STRUCTURE)
 
 
 def test_another_hand_preset_structure_or_compiler_has_another_key(monkeypatch):
@@ -131,12 +135,12 @@ def test_the_key_covers_every_module_that_a_program_is_made_of():
 
 def test_what_is_not_in_the_cache_or_is_damaged_is_interpreted(cache):
     other = replace(STRUCTURE, samples=3)
-    assert compiled.load(hand("paper"), other) is None
-    library = compiled.path(hand("paper"), other)
+    assert compiled.load(small(), other) is None
+    library = compiled.path(small(), other)
     library.parent.mkdir(parents=True, exist_ok=True)
     library.write_bytes(b"no library")
     compiled.load.cache_clear()
-    assert compiled.program(hand("paper"), other) is build(hand("paper"), other)
+    assert compiled.program(small(), other) is build(small(), other)
     library.unlink()
 
 
@@ -144,7 +148,7 @@ def test_without_a_compiler_a_build_says_so(cache, monkeypatch):
     monkeypatch.setenv("CC", "no-such-compiler")
     assert not compiled.can_compile()
     with pytest.raises(SolverError, match="no C compiler"):
-        compiled.compile_program(hand("paper"), replace(STRUCTURE, samples=4))
+        compiled.compile_program(small(), replace(STRUCTURE, samples=4))
 
 
 @needs_a_compiler

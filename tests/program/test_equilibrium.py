@@ -46,7 +46,14 @@ def grasp_function(printed: bool = False) -> ca.Function:
     return ca.Function("grasp", [P, O, k, mass, com], [R, translation(R, P, O, k, mass), rho, B])
 
 
+def stiffness_function() -> ca.Function:
+    """(R, B) → ρ."""
+    R, B = ca.SX.sym("R", 3, 3), ca.SX.sym("B", 3, 3)
+    return ca.Function("stiffness", [R, B], [stiffness(R, B)])
+
+
 VALUE, DERIVATIVES = functions()
+STIFFNESS = stiffness_function()
 EXACT, PRINTED = grasp_function(), grasp_function(printed=True)
 
 
@@ -112,13 +119,14 @@ def potential(R, t, P, O, k, mass, com):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_rotation_and_its_stiffness_equal_those_of_an_svd(kind):
-    for B in profiles(kind, 1250):  # 10⁴ over all kinds
-        R, (s1, s2, s3) = nearest_rotation(B)
-        found, rho, _ = (np.array(a) for a in VALUE(B))
-        np.testing.assert_allclose(found, R, atol=1e-9)
-        expected = (s1 + s2) * (s2 + s3) * (s1 + s3) / (s1 + s2 + s3) ** 2
-        assert rho.item() == pytest.approx(expected, rel=1e-9)
-        assert float(stiffness(ca.DM(R), ca.DM(B))) == pytest.approx(expected, rel=1e-9)
+    every = profiles(kind, 1250)  # 10⁴ over all kinds
+    R, s = zip(*map(nearest_rotation, every), strict=True)
+    s1, s2, s3 = np.transpose(s)
+    found, rho, _ = (np.array(a) for a in VALUE(np.hstack(every)))  # for each three columns
+    np.testing.assert_allclose(found, np.hstack(R), atol=1e-9)
+    expected = (s1 + s2) * (s2 + s3) * (s1 + s3) / (s1 + s2 + s3) ** 2
+    np.testing.assert_allclose(rho.ravel(), expected, rtol=1e-9)
+    np.testing.assert_allclose(np.array(STIFFNESS(np.hstack(R), np.hstack(every))).ravel(), expected, rtol=1e-9)
 
 
 @pytest.mark.parametrize("kind", KINDS)

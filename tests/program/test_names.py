@@ -10,7 +10,7 @@ from sgnlp.program.names import variable_names
 
 TORQUES = replace(SMALL, limits=replace(SMALL.limits, effort=1.0))
 CLOSURE = replace(TORQUES, contact=replace(SMALL.contact, metric="closure", heuristic=1.6))
-PAPER = replace(SMALL, spheres="paper")
+PAPER = replace(SMALL, spheres="paper", contact=replace(SMALL.contact, samples=2))
 
 
 @pytest.mark.parametrize("settings", [TORQUES, CLOSURE, PAPER], ids=["torques", "closure", "paper"])

@@ -68,7 +68,8 @@ def test_the_caption_is_kept_in_both_files():
 
 
 def test_a_logarithmic_panel_has_marks_and_as_many_columns_as_asked_for():
-    panel = Panel("log", "x", "y", (Series("one", [0, 1], [1e-6, 1.0]),), log=True, marks=(0.5,))
-    widths = [re.findall(rb'width="([\d.]+)pt"', draw([panel] * 4, columns=n)["svg"])[0] for n in (2, 4)]
+    panel = Panel("log", "x", "y", (Series("one", [0, 1], [1e-2, 1.0]),), log=True, marks=(0.5,))
+    drawn = [draw([panel] * 2, columns=n)["svg"] for n in (1, 2)]
+    widths = [re.findall(rb'width="([\d.]+)pt"', svg)[0] for svg in drawn]
     assert float(widths[1]) == pytest.approx(2 * float(widths[0]))
-    assert "10^{-6}" in draw([panel])["svg"].decode()
+    assert b"10^{-2}" in drawn[0]
