@@ -92,7 +92,7 @@ class Contact(Checked):
     """mass of the object [kg]; 0 leaves gravity out of the equilibrium, as the paper"""
     displacement: tuple[float, float, float] = (0.0, 0.0, 0.01)
     """desired displacement of the object's middle at equilibrium [m], if `weights.pose` > 0 (paper: up by 1 cm)"""
-    turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rotation: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """desired rotation vector of the object about its middle at equilibrium [rad], if `weights.pose` > 0"""
     equilibrium: Literal["exact", "printed"] = "exact"
     """exact: the minimiser of the spring energy; printed: the paper's Algorithm 1, for comparison only"""

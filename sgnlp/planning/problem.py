@@ -65,7 +65,7 @@ class Problem:
     def numbers(self) -> dict[str, Any]:
         """The numbers of the problem that a grasp depends on, beside its variables: shapes and units as in `Grasp`.
 
-        `displacement` (3,) [m] and `turn` (3, 3) are the desired motion of the object's middle to the equilibrium.
+        `displacement` (3,) [m] and `rotation_desired` (3, 3) are the desired motion of the object's middle to the equilibrium.
         """
         contact = self.settings.contact
         return {
@@ -74,7 +74,7 @@ class Problem:
             "pad": float(contact.pad),
             "force_min": self.settings.limits.force_min,
             "displacement": np.array(contact.displacement) * self.moves,
-            "turn": exp3(np.array(contact.turn) * self.moves),
+            "rotation_desired": exp3(np.array(contact.rotation) * self.moves),
             "mass": contact.mass,
             "com": self.com,
             "table": self.table_height,
@@ -88,7 +88,7 @@ class Problem:
         return nlp.parameters.pack(
             numbers
             | {
-                "turn": numbers["turn"].ravel(order="F"),
+                "rotation_desired": numbers["rotation_desired"].ravel(order="F"),
                 "wrist": wrist,
                 "joints": joints,
                 "weights": self.weights(),

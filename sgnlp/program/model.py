@@ -50,7 +50,7 @@ class Model:
         z = ca.vertcat(self._p, tau, self._s, feet, self._o)
         self._delta = z - lifting.freeze("origin", z)  # displacements: 0 with derivative 1
         parts = self._parts(hand, structure, lifting, par, frames)
-        given = SimpleNamespace(**vars(par) | {"turn": ca.reshape(par.turn, 3, 3)})
+        given = SimpleNamespace(**vars(par) | {"rotation_desired": ca.reshape(par.rotation_desired, 3, 3)})
         self.grasp = assemble(parts, hand, given, K, structure.density, Symbolic())
 
     def _spheres(self, hand: Hand, lifting: Lifting, spheres: ca.SX) -> ca.SX:

@@ -64,7 +64,7 @@ def test_an_unknown_preset_or_variant_names_the_valid_ones(name, message):
         preset(name)
 
 
-@pytest.mark.parametrize("field", ["displacement", "turn"])
+@pytest.mark.parametrize("field", ["displacement", "rotation"])
 @pytest.mark.parametrize("number", [float("nan"), float("inf")])
 def test_each_number_of_a_vector_must_be_finite(field, number):
     with pytest.raises(InputError, match=rf"--contact.{field} must be a finite number, not {number}"):

@@ -371,7 +371,7 @@ def test_a_command_that_ends_in_an_error_is_no_measurement(cloud):
 def test_the_flags_of_the_command_give_the_settings_that_are_measured(bench, monkeypatch):
     from sgnlp.cli.solve import Solve
 
-    contact = replace(ROBUST.contact, pad=False, friction=0.8, turn=(0.1, -0.2, 0.0))
+    contact = replace(ROBUST.contact, pad=False, friction=0.8, rotation=(0.1, -0.2, 0.0))
     settings = replace(ROBUST, gpis=SMALL.gpis, contact=contact, spheres="paper")
     caught = []
     monkeypatch.setattr(Solve, "run", lambda self, console: caught.append(self) or 0)

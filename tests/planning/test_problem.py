@@ -67,10 +67,10 @@ def test_the_wrist_may_turn_by_nearly_half_a_turn_and_no_further(problem):
 
 
 def test_without_a_weight_no_motion_is_desired_whatever_the_settings_say(problem):
-    contact = replace(SMALL.contact, displacement=(0.01, 0.02, 0.03), turn=(0.1, 0.2, 0.3))
+    contact = replace(SMALL.contact, displacement=(0.01, 0.02, 0.03), rotation=(0.1, 0.2, 0.3))
     still = with_settings(problem, replace(SMALL, contact=contact)).numbers()
     np.testing.assert_array_equal(still["displacement"], np.zeros(3))
-    np.testing.assert_array_equal(still["turn"], np.eye(3))
+    np.testing.assert_array_equal(still["rotation_desired"], np.eye(3))
 
 
 @pytest.mark.parametrize("field", ["gain_min", "gain_max", "wrist_travel"])
@@ -101,7 +101,7 @@ def test_every_parameter_is_the_setting_of_its_name(problem, nlp):
         "foot": 0.0,
         "force_min": s.limits.force_min,
         "displacement": np.zeros(3),
-        "turn": np.eye(3).ravel(),
+        "rotation_desired": np.eye(3).ravel(),
         "mass": s.contact.mass,
         "com": problem.com,
         "table": observation().table_height,
@@ -121,12 +121,12 @@ def test_every_parameter_is_the_setting_of_its_name(problem, nlp):
 
 
 def test_the_desired_motion_of_the_object_reaches_the_program_where_it_has_a_weight(problem, nlp):
-    contact = replace(SMALL.contact, displacement=(0.01, 0.02, 0.03), turn=(0.0, 0.0, np.pi / 2))
+    contact = replace(SMALL.contact, displacement=(0.01, 0.02, 0.03), rotation=(0.0, 0.0, np.pi / 2))
     moved = with_settings(problem, replace(SMALL, contact=contact, weights=replace(SMALL.weights, pose=1.0)))
     start = starts(problem, 1, 0)[0]
     p = moved.parameters(nlp, start.wrist, start.joints)
     np.testing.assert_array_equal(p[block(nlp.parameters, "displacement")], contact.displacement)
-    turn = p[block(nlp.parameters, "turn")].reshape(3, 3, order="F")
+    turn = p[block(nlp.parameters, "rotation_desired")].reshape(3, 3, order="F")
     np.testing.assert_allclose(turn, [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15)
 
 

@@ -20,7 +20,7 @@ from sgnlp.program.oracle import SurfaceJets
 LOADED = replace(SMALL, contact=Contact(mass=0.3, friction=0.7, samples=4))
 MOVED = replace(
     SMALL,
-    contact=Contact(mass=0.3, samples=4, c=1.0, displacement=(0.01, -0.02, 0.03), turn=(0.2, -0.1, 0.3)),
+    contact=Contact(mass=0.3, samples=4, c=1.0, displacement=(0.01, -0.02, 0.03), rotation=(0.2, -0.1, 0.3)),
     weights=replace(SMALL.weights, pose=1.0),
 )
 NO_PAD = replace(SMALL, contact=Contact(mass=0.0, pad=False, samples=4))

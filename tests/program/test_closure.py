@@ -202,7 +202,7 @@ def test_the_object_is_lifted_by_a_centimetre_where_that_is_desired():
 
 def test_the_object_turns_where_that_is_desired():
     settings = small("lift")
-    contact = replace(settings.contact, displacement=(0.0, 0.0, 0.005), turn=(0.0, 0.0, 0.3))
+    contact = replace(settings.contact, displacement=(0.0, 0.0, 0.005), rotation=(0.0, 0.0, 0.3))
     s = first(replace(settings, contact=contact))
     np.testing.assert_allclose(s.grasp.rotation, s.grasp.rotation_desired, atol=0.05)
     names = [term.name for term in posed(settings).terms]

@@ -21,7 +21,7 @@ from sgnlp.program.ops import Exact
 HEAVY = replace(SMALL, contact=replace(SMALL.contact, mass=0.2), limits=replace(SMALL.limits, effort=1.0))
 MOVED = replace(
     HEAVY,
-    contact=replace(HEAVY.contact, displacement=(0.0, 0.0, 0.01), turn=(0.1, 0.2, -0.1)),
+    contact=replace(HEAVY.contact, displacement=(0.0, 0.0, 0.01), rotation=(0.1, 0.2, -0.1)),
     weights=replace(HEAVY.weights, pose=1.0),
 )
 CLOSURE = replace(HEAVY, contact=replace(HEAVY.contact, metric="closure", heuristic=1.6))

@@ -18,7 +18,7 @@ from sgnlp.surface.kernels import KERNELS
 FORMULATIONS = ("penalty", "constrained", "lifted")
 EVERY_TERM = Weights(**{field.name: getattr(Weights(), field.name) or 50.0 for field in fields(Weights)})
 LOADED = replace(SMALL, contact=Contact(mass=0.2, friction=0.7, samples=4), weights=EVERY_TERM)
-MOVED = replace(LOADED, contact=replace(LOADED.contact, displacement=(0.01, 0.02, -0.01), turn=(0.2, -0.1, 0.3)))
+MOVED = replace(LOADED, contact=replace(LOADED.contact, displacement=(0.01, 0.02, -0.01), rotation=(0.2, -0.1, 0.3)))
 TORQUES = replace(LOADED, limits=replace(LOADED.limits, effort=1.0))
 CLOSURE = replace(TORQUES, contact=replace(LOADED.contact, metric="closure", heuristic=1.6))
 PRINTED = replace(LOADED, contact=replace(LOADED.contact, equilibrium="printed", pad=False, density="density"))

@@ -23,7 +23,7 @@ from sgnlp.program.terms.spring import margins
 DISPLACEMENT, TURN = (0.004, -0.003, 0.01), (0.1, -0.2, 0.15)
 HEAVY = replace(
     SMALL,
-    contact=replace(SMALL.contact, mass=0.2, displacement=DISPLACEMENT, turn=TURN),
+    contact=replace(SMALL.contact, mass=0.2, displacement=DISPLACEMENT, rotation=TURN),
     weights=replace(SMALL.weights, pose=50.0),
 )
 CLOSURE = replace(HEAVY, contact=replace(HEAVY.contact, metric="closure"))

@@ -28,7 +28,7 @@ from sgnlp.program.names import AXES
 from sgnlp.program.nlp import Nlp, grasp_variables, variable_units
 from sgnlp.program.oracle import Oracle
 
-UNITS = {"tip": 0.1, "turn": 0.1, "shift": 0.01}
+UNITS = {"tip": 0.1, "rotation": 0.1, "displacement": 0.01}
 """Units of the added variables [m, -, m], so that all are of order 1."""
 EQUATIONS = (
     Constraint("tip", lambda g, op: g.tip_errors, 0.0, 0.0, LENGTH, over="tip"),
@@ -57,7 +57,7 @@ class Lifted(Constrained):
         """Tips (m, 3) row by row, Gibbs vector (3) and shift (3) of the motion to the equilibrium."""
         tips = [f"tip.{finger.name}.{axis}" for finger in hand.fingers for axis in AXES]
         motion = [f"equilibrium.{kind}{axis}" for kind in ("r", "") for axis in AXES]
-        units = [UNITS["tip"]] * len(tips) + [UNITS["turn"]] * 3 + [UNITS["shift"]] * 3
+        units = [UNITS["tip"]] * len(tips) + [UNITS["rotation"]] * 3 + [UNITS["displacement"]] * 3
         return Variables((*tips, *motion), np.array(units))
 
     def variable_bounds(self, nlp: Nlp, g_bounds: Bounds) -> Bounds:
