@@ -77,7 +77,15 @@ def parameter_vector(hand: Hand, terms: int) -> ParameterVector:
     """The blocks of p for a hand and a number of terms."""
     n = len(hand.joint_names)
     sizes = {"wrist": 7, "joints": n, "weights": terms, "c": 1, "friction": 1, "pad": 1, "foot": 1, "force_min": 1}
-    sizes |= {"displacement": 3, "rotation_desired": 9, "mass": 1, "com": 3, "table": 1, "ball_centre": 3, "ball_radius": 1}
+    sizes |= {
+        "displacement": 3,
+        "rotation_desired": 9,
+        "mass": 1,
+        "com": 3,
+        "table": 1,
+        "ball_centre": 3,
+        "ball_radius": 1,
+    }
     widths = {"distance": 1, "collision": 1, "log_width": 1, "force": 1, "deviation": 1, "exponent": 1}
     return ParameterVector(sizes | widths)
 
