@@ -115,6 +115,17 @@ def test_the_command_is_an_entry_point():
     assert callable(entry.load())
 
 
+def test_planning_from_an_npz_loads_no_experiment_and_nothing_heavy(tmp_path):
+    heavy = "sgnlp.experiments open3d pandas plotly mujoco viser trimesh matplotlib"
+    flags = f"--starts 1 --jobs 1 --quiet --gpis.surface-points 40 --out {tmp_path / 'out'}"
+    done = python(
+        "import sys; from sgnlp.cli import run; "
+        f"code = run('solve problems/orange_0.npz {flags}'.split()); "
+        f"print(code in (0, 1), [name for name in '{heavy}'.split() if name in sys.modules])"
+    )
+    assert (done.stdout, done.stderr) == ("True []\n", "")
+
+
 def test_neither_the_package_nor_the_command_needs_open3d():
     done = python("import sys; sys.modules['open3d'] = None; import sgnlp, sgnlp.cli; sgnlp.load('problems/mug_0.npz')")
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
