@@ -181,7 +181,8 @@ def in_a_small_disk(folder: Path, size: str, code: str) -> subprocess.CompletedP
 def test_on_a_disk_that_is_really_full_the_old_files_stay(tmp_path):
     code = """
 import os, pathlib
-from sgnlp import errors, results
+from sgnlp.base import errors
+from sgnlp.planning import results
 results.write_files(pathlib.Path("r"), {"a": b"old", "b": b"old"})
 try:
     results.write_files(pathlib.Path("r"), {"a": b"new", "b": bytes(10**6)})
