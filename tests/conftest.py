@@ -29,13 +29,14 @@ import hypothesis  # noqa: E402
 import pytest  # noqa: E402
 
 LONGEST = (
-    "test_batch",
-    "test_nlp",
     "test_pages",
-    "test_compiled",
+    "test_batch",
     "test_cli",
+    "test_nlp",
+    "test_report",
+    "test_observe",
+    "test_compiled",
     "test_benchmark",
-    "test_depth",
     "test_docs",
 )
 """The files that take long: they begin first, so that the processes end at the same time."""

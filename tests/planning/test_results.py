@@ -183,7 +183,6 @@ def test_on_a_disk_that_is_really_full_the_old_files_stay(tmp_path):
 import os, pathlib
 from sgnlp.base import errors
 from sgnlp.planning import results
-from sgnlp.program.terms import preset_terms
 results.write_files(pathlib.Path("r"), {"a": b"old", "b": b"old"})
 try:
     results.write_files(pathlib.Path("r"), {"a": b"new", "b": bytes(10**6)})
