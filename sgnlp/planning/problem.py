@@ -65,7 +65,7 @@ class Problem:
     def numbers(self) -> dict[str, Any]:
         """The numbers of the problem that a grasp depends on, beside its variables: shapes and units as in `Grasp`.
 
-        `displacement` (3,) [m] and `rotation_desired` (3, 3) are the desired motion of the object's middle to the equilibrium.
+        `displacement` (3,) [m] and `rotation_desired` (3, 3) are how the object is to move to the equilibrium.
         """
         contact = self.settings.contact
         return {
