@@ -44,7 +44,7 @@ class Structure:
         """A text that differs wherever the functions may; None if a part of them has no source that is known."""
         parts = [_key(self.formulation, type(self.formulation).__module__)]
         parts += [_key(term, type(term).__module__) for term in self.terms]
-        parts += [_key(c, getattr(c.value, "__module__", "")) for c in self.constraints]
+        parts += [_key(c, getattr(c.value, "__module__", None) or "") for c in self.constraints]
         numbers = f"{self.samples} {self.density} {self.equilibrium}"
         return None if None in parts else " ".join([numbers, *map(str, parts)])
 

@@ -15,7 +15,7 @@ from sgnlp.planning.pool import Failure
 def answer(planner: object, start: SimpleNamespace) -> object:
     """What each start is there for."""
     if start.index == 1:
-        raise ValueError("no [good]\nand more")
+        raise ValueError("and more\nno [good]")
     if start.index == 2:
         os._exit(7)
     if start.index == 3:
@@ -26,9 +26,8 @@ def answer(planner: object, start: SimpleNamespace) -> object:
 def test_starts_are_solved_one_at_a_time_and_fail_alone(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(semaphores, "fault", lambda: "none here")
-    monkeypatch.setattr(pool, "schedule", lambda solver: [])
-    monkeypatch.setattr(pool, "_planner", lambda problem: None)
-    problem = SimpleNamespace(settings=SimpleNamespace(solver=None))
+    monkeypatch.setattr(pool, "Planner", lambda *given: None)
+    problem = SimpleNamespace(phases=())
     starts = [SimpleNamespace(index=i) for i in range(5)]
     found = list(pool.map_starts(answer, problem, [starts[i] for i in (0, 1, 2, 4)], 4, None))
     assert found[1:3] == [Failure(1, "ValueError: no [good]"), Failure(2, "process ended with exit code 7")]

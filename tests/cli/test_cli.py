@@ -79,9 +79,10 @@ def test_solve_from_a_shell_writes_the_result_and_shows_it(workplace):
     assert summary["best"]["energy"] == grasps.energy[0]
     for text in ("Starts, best first", "gain [N/m]", "exact energy", "margin_equilibrium", "outliers"):
         assert text in done.stdout
-    last = [line for line in done.stdout.splitlines() if not line.startswith("caution: ")][-2:]
-    assert last[0].startswith(f"orange_0: {summary['feasible']} of 2 starts feasible in ")
-    assert last[1] == "written: results/orange_0/grasps.npz, results/orange_0/summary.json"
+    said = [line for line in done.stdout.splitlines() if not line.startswith("caution: ")]
+    written = said.index("written: results/orange_0/grasps.npz, results/orange_0/summary.json")
+    assert said[written - 1].startswith(f"orange_0: {summary['feasible']} of 2 starts feasible in ")
+    assert said[written + 1].startswith("next:  sgnlp view results/orange_0 ")
 
 
 def test_json_is_all_that_is_printed_where_it_is_asked_for(cloud, capfd):

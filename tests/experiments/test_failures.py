@@ -26,7 +26,7 @@ FINGERS = ("index", "middle", "ring", "thumb")
 def failed(errors: tuple[float, ...] = (0.0,) * 4, premature: tuple[str, ...] = (), **changes: object) -> Failed:
     """A made-up failure of a hand with four fingers."""
     hand = SimpleNamespace(fingers=[SimpleNamespace(name=name) for name in FINGERS])
-    plan: Any = SimpleNamespace(problem=SimpleNamespace(hand=hand), observation=None)
+    plan: Any = SimpleNamespace(problem=SimpleNamespace(hand=hand), observation=None, arrays=lambda: None)
     trace = SimpleNamespace(time=np.array([1.0, 2.0]), phase=np.array(["close", "lift"]))
     outcome: Any = SimpleNamespace(closing=SimpleNamespace(premature=premature), trace=trace, ending="not lifted")
     return Failed(row(ending="not lifted", score=0.0, **changes), plan, outcome, np.array(errors))
@@ -76,7 +76,7 @@ def test_a_trial_carried_out_again_measures_the_surface_at_the_contacts():
 def test_the_page_has_a_line_and_a_picture_for_each(tmp_path, monkeypatch):
     image = np.zeros((4, 12, 3), np.uint8)
     monkeypatch.setattr(simulation_pictures, "images", lambda *_: {"close": image, "lift": image})
-    for name in ("true_body", "command", "arrays"):
+    for name in ("true_body", "command"):
         monkeypatch.setattr(page, name, lambda *_: None)
     ended: list[object] = []
     bar: Any = SimpleNamespace(advance=ended.append)
@@ -92,7 +92,7 @@ def test_without_opengl_the_page_has_no_pictures_and_it_is_said_once(tmp_path, m
         raise simulation_pictures.NoRenderer("no OpenGL")
 
     monkeypatch.setattr(simulation_pictures, "images", none)
-    for name in ("true_body", "command", "arrays"):
+    for name in ("true_body", "command"):
         monkeypatch.setattr(page, name, lambda *_: None)
     bar: Any = SimpleNamespace(advance=lambda trial: None)
     page.write(Console(), tmp_path, [failed(), failed()], bar)

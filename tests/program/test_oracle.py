@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scenes import SMALL, posed, random_point, surface
 
+from sgnlp.program.formulations import formulation
 from sgnlp.program.nlp import build
 from sgnlp.program.oracle import Surface, SurfaceJets, join
 from sgnlp.program.parameters import ParameterVector
@@ -17,7 +18,7 @@ from sgnlp.surface.gpis import MEAN_JET, VARIANCE_JET
 def joined():
     """A fresh oracle of the constrained formulation, a point and its parameters."""
     problem = posed(SMALL)
-    oracle = join(build(problem.hand, problem.structure("constrained")), problem.gpis)
+    oracle = join(build(problem.hand, problem.structure(formulation("constrained"))), problem.gpis)
     start, x = random_point(problem, oracle.nlp, 0)
     return oracle, x, problem.parameters(oracle.nlp, start.wrist, start.joints)
 
@@ -71,7 +72,7 @@ def test_a_remembered_answer_equals_a_fresh_one(joined):
 
 
 def test_the_surface_gives_the_jets_of_the_layout_with_the_feet_below_the_contacts():
-    nlp, gpis = build(posed(SMALL).hand, posed(SMALL).structure("penalty")), surface()
+    nlp, gpis = build(posed(SMALL).hand, posed(SMALL).structure(formulation("penalty"))), surface()
     layout = nlp.layout
     both = Surface(gpis, layout, nlp.jets)
     jets, m, before = SurfaceJets(both, complete=True), layout.m, layout.before_feet
@@ -85,7 +86,7 @@ def test_the_surface_gives_the_jets_of_the_layout_with_the_feet_below_the_contac
 
 
 def test_points_that_are_not_finite_give_an_answer_that_is_not_finite_and_are_not_remembered():
-    nlp, gpis = build(posed(SMALL).hand, posed(SMALL).structure("penalty")), surface()
+    nlp, gpis = build(posed(SMALL).hand, posed(SMALL).structure(formulation("penalty"))), surface()
     layout = nlp.layout
     jets, depths = SurfaceJets(Surface(gpis, layout, nlp.jets), complete=True), np.zeros(layout.m)
     Z = np.full((layout.points - layout.m, 3), np.nan)
