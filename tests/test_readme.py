@@ -154,7 +154,7 @@ def test_what_is_said_of_starts_is_so():
     starts, feasible = (sum(int(row[column]) for row in counted) for column in ("starts", "feasible_starts"))
     assert says("formulations", f"{feasible} of the {starts} starts of")
     assert round(starts / (starts - feasible), -1) == 20
-    assert "One start in twenty ends short of an optimum, one in twenty is not feasible." in README
+    assert "One start in twenty ends short of an optimum, and as many are not feasible." in README
     steep = [row for row in short if row["object"].startswith("pyramid")]
     poses = {row["object"] for row in steep}
     assert len(poses) == 2
