@@ -15,7 +15,8 @@ from sgnlp.planning.starts import starts
 Array = NDArray[np.float64]
 
 FEASIBLE_SHARE = 0.5
-"""Least share of the starts that end feasible: 95 % do on the problem set (`results/feasible`), so that fewer than half is unusual."""
+"""Least share of the starts that end feasible: 95 % do on the problem set (`results/feasible`), so fewer than half is
+unusual."""
 UNSEEN = 0.04
 """Contacts farther than this from every measured point [m] are guesses: seen ones are within 14 mm, and three quarters
 of the plans of the problem set from two cameras have none farther than this."""
