@@ -174,7 +174,8 @@ def test_joint_torques_are_judged_where_they_are_limited_in_both_states():
 
 
 def test_what_is_not_a_number_is_not_feasible():
-    assert failed(replace(good(), gaps=np.full(4, np.nan))) == {"contact"}
+    for gaps in (np.full(4, np.nan), np.array([0.0, np.nan, 0.0, 1e-3])):
+        assert failed(replace(good(), gaps=gaps)) == {"contact"}
 
 
 def test_a_hand_without_self_collision_pairs_passes_that_check():
