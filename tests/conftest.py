@@ -81,6 +81,12 @@ def pytest_unconfigure(config: pytest.Config) -> None:
         shutil.rmtree(os.environ["XDG_CACHE_HOME"], ignore_errors=True)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _small_pictures() -> None:
+    """Pictures of grasps are drawn and packed with a tenth of their pixels."""
+    importlib.import_module("sgnlp.show.png").DPI = 40
+
+
 @pytest.fixture
 def real_clouds() -> list[Path]:
     """The npz files in the folder named by SGNLP_REAL_CLOUDS; skips the test when there are none."""

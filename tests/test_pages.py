@@ -19,7 +19,6 @@ import pytest
 from plans import SMALL_FLAGS
 
 from sgnlp import cli
-from sgnlp.show import png
 
 sybil = pytest.importorskip("sybil", reason="finds the code in the pages")
 from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser, SkipParser  # noqa: E402
@@ -48,7 +47,6 @@ def namespace(tmp_path, monkeypatch) -> dict[str, Any]:
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     monkeypatch.setenv("COLUMNS", "100")
-    monkeypatch.setattr(png, "DPI", 40)
     if find_spec("coacd"):
         import coacd
 

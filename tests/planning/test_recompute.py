@@ -92,11 +92,8 @@ def unequal() -> Hand:
 
 def test_with_unequal_pads_every_gap_and_height_is_that_of_its_finger():
     problem = replace(posed(LOADED), hand=unequal())
-    g, gpis, K = (
-        exact_grasp(problem, *random_point(problem, oracle(LOADED, "constrained").nlp, 2)),
-        problem.gpis,
-        LOADED.contact.samples,
-    )
+    g = exact_grasp(problem, *random_point(problem, oracle(LOADED, "constrained").nlp, 2))
+    gpis, K = problem.gpis, LOADED.contact.samples
     for i, radius in enumerate(PADS):
         path, samples = (
             np.array([a * g.targets[i] + (1 - a) * g.tips[i] for a in np.arange(K) / (K - 1)]),

@@ -24,7 +24,6 @@ from sgnlp.cli.solve import Solve
 from sgnlp.perception.observation import ObservationSettings, Reading
 from sgnlp.planning import reopen, results
 from sgnlp.planning.cautions.plans import alike
-from sgnlp.show import png
 from sgnlp.show.report.content import distinct
 from sgnlp.show.report.figures import convergence
 
@@ -41,9 +40,7 @@ def folder(tmp_path_factory) -> Path:
     cameras = np.array([[-0.5, 0.0, 0.4], [0.5, 0.0, 0.4]])
     np.savez(place / "egg.npz", points=ellipsoid(), view=view, camera_positions=cameras, table_height=0.0)
     words = ["solve", str(place / "egg.npz"), "--out", str(place / "egg"), "--starts", "2", "--quiet", "--report"]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(png, "DPI", 40)  # to be drawn and packed in a tenth of the time
-        assert run([*words, *SMALL]) == 0
+    assert run([*words, *SMALL]) == 0
     return place / "egg"
 
 
@@ -177,8 +174,7 @@ def test_the_page_loads_without_an_error_or_a_request(folder, tmp_path):
     assert not re.search(r'"url":"https?://(?!(?:[\w.-]+\.)?google|[\w.-]*gvt)[^"]*', log.read_text(encoding="utf-8"))
 
 
-def test_without_its_cloud_a_report_says_so_and_leaves_out_what_needs_it(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(png, "DPI", 40)
+def test_without_its_cloud_a_report_says_so_and_leaves_out_what_needs_it(folder, tmp_path):
     copy = tmp_path / "egg"
     shutil.copytree(folder, copy)
     meta = reopen.load_grasps(copy).meta | {"source": "gone.npz"}
