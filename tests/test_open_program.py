@@ -1,6 +1,7 @@
 """The program as others extend it: terms, constraints and formulations from outside the package."""
 
 import json
+import pickle
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,7 +13,9 @@ from scenes import SMALL, ellipsoid, hand, observation, random_point
 
 import sgnlp
 from sgnlp.cli import codes, run
+from sgnlp.planning import extension as planning_extension
 from sgnlp.planning.additions import Additions
+from sgnlp.planning.batch import Task
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.planning.starts import starts
@@ -206,3 +209,12 @@ def test_what_is_wrong_with_a_file_is_told_in_a_line(file, text, said, capfd):
 def test_a_file_that_is_not_there_is_told(file, capfd):
     assert run(["solve", "egg.npz", "--with", "none.py"]) == codes.BAD_INPUT
     assert "'none.py' cannot be read: No such file or directory" in capfd.readouterr().err
+
+
+def test_the_task_of_a_batch_carries_the_file_to_workers_that_do_not_have_it(file):
+    sent = pickle.dumps(Task(extension=sgnlp.extension(file)))
+    file.unlink()
+    planning_extension._additions.cache_clear()
+    found = pickle.loads(sent).extension.additions()
+    assert [term.name for term in found.terms] == ["level"]
+    assert [constraint.name for constraint in found.constraints] == ["high"]
