@@ -61,6 +61,8 @@ class Weights(Checked):
     """joint angles off the reference pose, motion to the equilibrium"""
     force: NotNegative = 200.0
     """contact force up to `limits.force_min` [1/N]; the paper prints it twice, it is applied once"""
+    closing: NotNegative = 10.0
+    """joints at first contact off those of the pregrasp [1/rad²], where `closing.planned`"""
     pose: NotNegative = 0.0
     """fingertips off their desired place at equilibrium [1/m]; above 0 it replaces the motion in `reg`"""
     stability: NotNegative = 1.0
@@ -99,6 +101,28 @@ class Contact(Checked):
 
 
 @dataclass(frozen=True)
+class Closing(Checked):
+    """How the hand goes from the pregrasp to the contacts and presses, and how much of it is planned."""
+
+    section = "closing"
+    planned: bool = False
+    """plan the joints at first contact too: tips at the contacts, links clear of the object, torques with the Jacobian
+    there; off, as in the paper, only the pregrasp is planned"""
+    margin: float = 0.002
+    """least clearance of every link at first contact from the object and the table [m]"""
+    c_freedom: Annotated[float, (0.0, 0.9)] = 0.0
+    """how far c of each finger may differ from `contact.c`, so that a wide gap needs no more force; 0: it is constant"""
+    samples: Annotated[int, (1, 100)] = 5
+    """postures between pregrasp and first contact at which links are checked to be clear of the object"""
+    seconds: NotNegative = 1.0
+    """time in which the setpoints go from the pregrasp tips to the targets [s]; 0: they jump"""
+    posture: NotNegative = 0.1
+    """stiffness of the spring that holds what the tips leave free at the planned joints [N m/rad]"""
+    joint_stiffness: Positive = 1.0
+    """stiffness of a joint under position control [N m/rad] (MuJoCo Menagerie's Allegro)"""
+
+
+@dataclass(frozen=True)
 class Limits(Checked):
     """Bounds of the constrained formulation; the stiffness and rotation ones hold in every formulation."""
 
@@ -129,6 +153,8 @@ class Limits(Checked):
     """least clearance over the table of the pads at the pregrasp [m]"""
     object_margin: float = 0.0
     """least metric clearance between the hand and the object at the pregrasp [m]"""
+    place_error: NotNegative = 0.0
+    """error of the hand's place that the pregrasp is to bear [m]: it is added to `object_margin`"""
     wrist_travel: Positive = 0.3
     """largest displacement of the wrist from its start, along each axis [m]"""
     effort: NotNegative = 0.0
@@ -199,6 +225,7 @@ class Settings(Checked):
     gpis: GpisSettings = field(default_factory=GpisSettings)
     contact: Contact = field(default_factory=Contact)
     weights: Weights = field(default_factory=Weights)
+    closing: Closing = field(default_factory=Closing)
     limits: Limits = field(default_factory=Limits)
     smoothing: Smoothing = field(default_factory=Smoothing)
     solver: Solver = field(default_factory=Solver)
