@@ -10,7 +10,7 @@ from rich.console import Console
 from sgnlp.base.errors import InputError
 from sgnlp.cli import codes
 from sgnlp.planning import reopen, results
-from sgnlp.show import live, web_page
+from sgnlp.show import web_page
 from sgnlp.show.png import picture
 from sgnlp.show.scene import scene
 from sgnlp.show.scene_parts import Scene
@@ -49,9 +49,9 @@ class View:
             results.write_bytes(self.png, picture(shown, self.rank))
             console.print(f"written: {self.png}", soft_wrap=True)
         if self.html is None and self.png is None:
-            server = live.Live(shown, self.port)
-            console.print(f"open http://localhost:{server.port} in a browser; Ctrl-C ends", soft_wrap=True)
-            server.wait()
+            with web_page.server(web_page.page(shown), self.port) as server:
+                console.print(f"open http://localhost:{server.server_port} in a browser; Ctrl-C ends", soft_wrap=True)
+                server.serve_forever()
         return codes.FEASIBLE
 
 

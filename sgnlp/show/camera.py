@@ -22,8 +22,6 @@ FILL = 0.85
 """Share of the view's shorter side that the ball around hand and object fills."""
 ROWS, GAP, ROW = 2, 0.07, 0.065
 """Rows of labels, how far the first is below hand and object, and from row to row, over the height of these."""
-LIFT = 0.003
-"""Labels of a view in space stand at least this far above the table [m]."""
 
 
 def axes_of_view(azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> Array:
@@ -90,11 +88,3 @@ def beside(shown: Array, places: Array) -> Array:
         found[i, 0] = low[0] + (column + 0.5) / count * (high[0] - low[0])
         found[i, 1] = low[1] - height * (GAP + ROW * (column % ROWS))
     return found
-
-
-def in_space(flat: Array, centre: Array, camera: Array, away: float, height: float) -> Array:
-    """Points (m, 3) that are seen at `flat` (m, 2), on the plane through the centre or nearer, above the table."""
-    eye = centre + away * camera[2]
-    points = centre + flat @ camera[:2]
-    share = np.clip((height + LIFT - points[:, 2]) / (eye[2] - points[:, 2]), 0.0, 1.0)
-    return points + share[:, None] * (eye - points)

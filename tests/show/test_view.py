@@ -3,9 +3,10 @@
 import io
 import shutil
 import subprocess
+import threading
 from dataclasses import asdict, fields, replace
-from html import unescape
 from pathlib import Path
+from urllib.request import urlopen
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 
 from sgnlp.base import palette
+from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST
 from sgnlp.cli import run
 from sgnlp.hand.hand import load_hand
@@ -28,7 +30,7 @@ from sgnlp.planning import reopen, results
 from sgnlp.planning.grasps import PER_HAND, Grasps, stack
 from sgnlp.program.terms import preset_terms
 from sgnlp.show import camera as scene_camera
-from sgnlp.show import live, png, sheets, web_page
+from sgnlp.show import png, sheets, web_page
 from sgnlp.show.scene import scene, stages
 from sgnlp.show.scene_parts import AXES, CONES, FRAMES, LAYERS, LEGEND, SPRINGS, SURFACE, Scene
 from sgnlp.show.scene_shapes import coil, cone
@@ -138,22 +140,21 @@ def test_hand_and_object_fill_most_of_the_view_and_none_of_it_is_cut_off(shown, 
     assert 0.6 * share * half < np.abs(flat).max() <= share * half
 
 
-def test_the_live_view_opens_on_hand_and_object_and_a_phone_stands_farther_away(shown):
-    views = live.first_view(shown), live.first_view(shown, 0.46)
+def test_the_page_opens_on_the_middle_of_hand_and_object_from_above(shown):
     points = scene_camera.seen(scene_camera.placed(shown, 0, 0))
-    for centre, eye in views:
-        towards = (eye - centre) / np.linalg.norm(eye - centre)
-        assert 0.3 < towards[2] < 0.7  # from above, not from the zenith
-        assert (np.abs(centre - (points.min(axis=0) + points.max(axis=0)) / 2) < 1e-9).all()
-    near, far = (np.linalg.norm(eye - centre) for centre, eye in views)
-    assert 1.8 * near < far < 2.4 * near
+    told = web_page.plain(shown)
+    view, towards = told["views"][0], np.array(told["camera"]["towards"])
+    assert (np.abs(view["centre"] - (points.min(axis=0) + points.max(axis=0)) / 2) < 1e-9).all()
+    assert np.linalg.norm(points - view["centre"], axis=1).max() == pytest.approx(view["radius"])
+    assert 0.3 < towards[2] < 0.7  # not from the zenith
+    assert np.linalg.norm(towards) == pytest.approx(1)
 
 
 def test_labels_stand_beside_hand_and_object_in_order_and_apart(shown):
     view, shapes = shown.views[0], scene_camera.placed(shown, 0, 0)
     points, away = scene_camera.seen(shapes), [label for label in view.labels if not label.here]
     places = np.array([label.place for label in away])
-    centre, radius = scene_camera.ball(points)
+    centre, _ = scene_camera.ball(points)
     for azimuth in png.AZIMUTHS:
         camera = scene_camera.axes_of_view(azimuth, png.ELEVATION)
         flat, anchors = (scene_camera.projected(p, centre, camera) for p in (points, places))
@@ -163,11 +164,6 @@ def test_labels_stand_beside_hand_and_object_in_order_and_apart(shown):
         np.testing.assert_array_equal(order, np.argsort(anchors[:, 0]))
         assert (texts[:, 1] < flat[:, 1].min()).all()
         assert (np.diff(texts[order, 0]) > 0.03).all()
-    spots = live.spots(shown, 0, view.labels)[: len(away)]
-    camera, distance = scene_camera.axes_of_view(), scene_camera.distance(radius)
-    flat, texts = (scene_camera.projected(p, centre, camera, distance) for p in (points, spots))
-    assert outside(flat, texts).all()
-    assert (spots[:, 2] > 0).all()  # not below the table, which would hide their lines
 
 
 # Colours and legend ---------------------------------------------------------------------------------------------------
@@ -179,11 +175,9 @@ def test_every_symbol_has_a_line_in_the_legend_and_every_layer_its_box(shown):
     assert shown.layers == tuple(layer for layer in LAYERS if layer != FRAMES)
     assert shown.legend == there
     assert shown.fingers == tuple(finger.name for finger in ALLEGRO.fingers)
-    html = unescape(live.legend(shown))
-    assert all(entry.text in html for entry in there)
-    assert all(palette.css(palette.finger(i)) in html for i in range(4))
-    told = web_page.plain(shown)["legend"]
-    assert [entry["text"] for entry in told] == [entry.text for entry in there]
+    told = web_page.plain(shown)
+    assert [entry["text"] for entry in told["legend"]] == [entry.text for entry in there]
+    assert [finger["colour"] for finger in told["fingers"]] == [palette.css(palette.finger(i)) for i in range(4)]
 
 
 def test_a_finger_has_its_colour_in_all_that_is_its_own(shown):
@@ -231,6 +225,17 @@ def test_a_picture_has_three_views_and_a_legend_of_one_size_below_its_title(show
 def test_the_page_is_as_wide_as_a_phone(shown):
     head = web_page.page(shown)[:1000]
     assert '<meta name="viewport" content="width=device-width, initial-scale=1">' in head
+
+
+def test_a_browser_is_served_the_page_and_a_taken_port_is_refused(shown):
+    content = web_page.page(shown)
+    with web_page.server(content, 0) as server:
+        threading.Thread(target=server.handle_request).start()
+        with urlopen(f"http://localhost:{server.server_port}", timeout=10) as answer:
+            assert answer.headers["Content-Type"] == "text/html; charset=utf-8"
+            assert answer.read().decode() == content
+        with pytest.raises(InputError, match="--port"):
+            web_page.server(content, server.server_port)
 
 
 def test_wrist_and_joints_are_told_with_unit_and_limits(grasps):
