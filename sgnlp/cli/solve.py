@@ -4,6 +4,7 @@ import sys
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import tyro
 from rich.console import Console
@@ -66,17 +67,17 @@ class Solve(Extending, Observing):
         if self.json:
             sys.stdout.write(results.json_text(outcome))
         if show:
-            _show(console, plan, [folder / results.GRASPS, folder / results.SUMMARY, *pages], self)
+            _show(console, plan, outcome, [folder / results.GRASPS, folder / results.SUMMARY, *pages], self)
             for caution in outcome["cautions"]:
                 console.print(Text.assemble(("caution:", "yellow"), f" {caution}"), soft_wrap=True)
             console.print("\n".join(_next(plan, folder)), style="dim", soft_wrap=True)
         return codes.FEASIBLE if plan.best else codes.NONE_FEASIBLE
 
 
-def _show(console: Console, plan: Plan, files: list[Path], asked: Solve) -> None:
+def _show(console: Console, plan: Plan, summary: dict[str, Any], files: list[Path], asked: Solve) -> None:
     for note in plan.observation.notes:
         console.print(note, style="dim")
-    for table in tables.tables(plan):
+    for table in tables.tables(plan, summary):
         console.print(table)
         console.print()
     if asked.explain:
