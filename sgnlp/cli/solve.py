@@ -12,7 +12,7 @@ from rich.text import Text
 
 from sgnlp.cli import codes, compiling, lacks
 from sgnlp.cli.flags import Extending, Observing
-from sgnlp.cli.progress import starts_bar
+from sgnlp.cli.progress import bars
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import load
 from sgnlp.planning import results
@@ -48,7 +48,7 @@ class Solve(Extending, Observing):
         if reporting:
             reporting.drawable()
         show = not (self.json or self.quiet)
-        with starts_bar(console, self.starts, show) as advance:
+        with bars(console, show) as bar:
             plan = solve(
                 observation,
                 hand,
@@ -59,7 +59,7 @@ class Solve(Extending, Observing):
                 seed=self.seed,
                 jobs=self.jobs,
                 timeout=self.timeout,
-                progress=advance,
+                progress=bar("solving starts", self.starts).advance,
             )
         outcome = plan.summary()
         results.save(plan.arrays(), outcome, folder, plan.histories())

@@ -61,21 +61,6 @@ def ball(points: Array) -> tuple[Array, float]:
     return centre, float(np.linalg.norm(points - centre, axis=1).max())
 
 
-def distance(radius: float, aspect: float = 1.0) -> float:
-    """From where a ball of this radius [m] fills `FILL` of the shorter side of a view, width over height `aspect`.
-
-    The ball is seen at a half angle a, sin a = radius / distance, and tan a = FILL min(1, aspect) tan(FIELD / 2).
-    """
-    half = np.arctan(FILL * min(1.0, aspect) * np.tan(np.radians(FIELD) / 2))
-    return radius / float(np.sin(half))
-
-
-def projected(points: Array, centre: Array, camera: Array, away: float = np.inf) -> Array:
-    """Points (N, 3) on the plane (N, 2) through the centre, across the view; from infinity in parallel."""
-    right, up, towards = ((points - centre) @ camera.T).T
-    return np.stack([right, up], axis=1) / (1 - towards / away)[:, None]
-
-
 def beside(shown: Array, places: Array) -> Array:
     """Where labels of places (m, 2) stand: in rows below everything shown (N, 2), from left to right as their places.
 

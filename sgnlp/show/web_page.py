@@ -91,13 +91,9 @@ def _view(scene: Scene, rank: int) -> dict[str, Any]:
         "links": view.links[:, :3].tolist(),
         "shapes": [_shape(shape) for shape in view.shapes],
         "stages": [
-            {
-                "name": stage.name,
-                "rotation": stage.rotation.tolist(),
-                "translation": stage.translation.tolist(),
-                "shapes": [_shape(shape) for shape in stage.shapes],
-            }
-            for stage in view.stages
+            {"name": s.name, "rotation": s.rotation.tolist(), "translation": s.translation.tolist()}
+            | {"shapes": [_shape(shape) for shape in s.shapes]}
+            for s in view.stages
         ],
         "labels": [asdict(label) | {"colour": palette.css(label.colour)} for label in view.labels],
         "sheets": [{"title": sheet.title, "rows": sheet.rows} for sheet in view.sheets],
@@ -105,17 +101,9 @@ def _view(scene: Scene, rank: int) -> dict[str, Any]:
 
 
 def _shape(shape: Shape) -> dict[str, Any]:
-    return {
-        "layer": shape.layer,
-        "vertices": _bytes(shape.vertices, np.float32),
-        "cells": _bytes(shape.cells, np.int32),
-        "corners": shape.cells.shape[1],
-        "colour": shape.colour,
-        "opacity": shape.opacity,
-        "width": shape.width,
-        "values": None if shape.values is None else _bytes(shape.values, np.float32),
-        "moves": shape.moves,
-    }
+    values = None if shape.values is None else _bytes(shape.values, np.float32)
+    arrays = {"vertices": _bytes(shape.vertices, np.float32), "cells": _bytes(shape.cells, np.int32), "values": values}
+    return vars(shape) | arrays | {"corners": shape.cells.shape[1]}
 
 
 def _bytes(array: Any, kind: Any) -> str:
