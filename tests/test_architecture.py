@@ -82,7 +82,7 @@ def test_only_the_command_line_prints(path):
 @pytest.mark.parametrize("path", MODULES, ids=dotted)
 def test_no_module_imports_what_is_slow_or_optional_before_it_is_needed(path):
     at_the_top = {name for node in parse(path).body for name in _outside(node)}
-    assert not at_the_top & {"open3d", "matplotlib", "mujoco", "pandas", "plotly", "skimage", "viser"}
+    assert not at_the_top & {"open3d", "matplotlib", "mujoco", "pandas", "plotly", "skimage"}
     assert "tyro" not in at_the_top or "cli" in path.relative_to(PACKAGE).parts
 
 

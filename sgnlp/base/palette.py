@@ -1,4 +1,4 @@
-"""The colours of every picture: those of the fingers are the same in pages, live views, reports and simulations.
+"""The colours of every picture: those of the fingers are the same in pages, reports and simulations.
 
 They are of the palette of Okabe and Ito (Color Universal Design, 2008), which people tell apart whatever their colour
 vision; its greens and yellow are left to the surface, whose deviation viridis shows.

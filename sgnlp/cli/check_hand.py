@@ -7,11 +7,8 @@ import tyro
 from rich.console import Console
 from rich.text import Text
 
-from sgnlp.cli import codes
+from sgnlp.cli import codes, view
 from sgnlp.hand import check
-from sgnlp.planning import results
-from sgnlp.show import web_page
-from sgnlp.show.png import picture
 from sgnlp.show.scene_hand import hand_scene
 
 STYLES = {"ok": "green", "look": "yellow", "wrong": "red"}
@@ -39,13 +36,7 @@ class CheckHand:
         looks = sum(finding.verdict == "look" for finding in examination.findings)
         console.print(f"{len(examination.findings)} checks: {examination.wrong} wrong, {looks} to look at")
         if examination.hand is not None and (self.png or self.html):
-            shown = hand_scene(examination.hand, examination)
-            if self.png is not None:
-                results.write_bytes(self.png, picture(shown, 0, 0))
-                console.print(f"written: {self.png}", soft_wrap=True)
-            if self.html is not None:
-                results.write_text(self.html, web_page.page(shown))
-                console.print(f"written: {self.html}", soft_wrap=True)
+            view.write(console, hand_scene(examination.hand, examination), self.html, self.png, 0, 0)
         return codes.BAD_INPUT if examination.wrong else 0
 
 

@@ -36,10 +36,3 @@ def bars(console: Console, show: bool = True) -> Iterator[Callable[[str, int | N
     hidden = not (show and console.is_terminal)
     with Progress(*COLUMNS, console=console, disable=hidden, transient=True) as progress:
         yield lambda text, total: Bar(progress, progress.add_task(text, total=total))
-
-
-@contextmanager
-def starts_bar(console: Console, total: int, show: bool) -> Iterator[Callable[[object], None]]:
-    """A bar over starts; gives the callback that advances it by one."""
-    with bars(console, show) as bar:
-        yield bar("solving starts", total).advance

@@ -16,8 +16,10 @@ from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import PLAIN, Observation, Reading, load
 from sgnlp.planning import reopen, results
 from sgnlp.planning.grasps import Grasps
-from sgnlp.show import simulation_pictures, tables
-from sgnlp.simulation import Body, Command, Outcome, SimulationSettings, command, execute, plain, true_body
+from sgnlp.show import tables
+from sgnlp.show.png import drawable, picture
+from sgnlp.show.simulation_pictures import ends, scene
+from sgnlp.simulation import Outcome, SimulationSettings, command, execute, plain, true_body
 
 SIMULATION = "simulation.json"
 DEFAULTS = SimulationSettings()
@@ -40,13 +42,15 @@ class Simulate:
     true_load: bool = False
     """use the mass and friction in the object's file instead of --mass and --friction"""
     pictures: bool = False
-    """draw the first grasp at the end of each phase into the folder"""
+    """draw the first grasp at the end of each phase into the folder; needs the extra `view`"""
     settings: Annotated[SimulationSettings, tyro.conf.arg(name="")] = DEFAULTS
     """object, joints, contact, phases and judgement"""
 
     def run(self, console: Console) -> int:
         """Read, simulate, write, show."""
         _require_mujoco()
+        if self.pictures:
+            drawable()
         grasps = results.load_grasps(self.folder)
         hand = load_hand(self.hand or grasps.meta["hand"], grasps.meta["settings"]["spheres"])
         source = reopen.source(grasps, self.folder, self.object)
@@ -64,8 +68,10 @@ class Simulate:
         _show(console, outcomes, hand, grasps)
         console.print(f"written: {folder / SIMULATION}", soft_wrap=True)
         if self.pictures:
-            title = f"{thing.name}, grasp 0 carried out"
-            _draw(console, folder, (command(grasps, 0), thing, hand, settings, outcomes[0], title))
+            shown = scene(command(grasps, 0), thing, hand, settings, outcomes[0], f"{thing.name}, grasp 0")
+            files = {f"simulation-{phase}.png": picture(shown, i, 0) for i, phase in enumerate(ends(outcomes[0].trace))}
+            results.write_files(folder, files)
+            console.print(f"written: {', '.join(str(folder / name) for name in files)}", soft_wrap=True)
         return codes.FEASIBLE if any(outcome.score == 1 for outcome in outcomes) else codes.NONE_FEASIBLE
 
     def _loaded(self, seen: Observation) -> SimulationSettings:
@@ -87,17 +93,7 @@ class Simulate:
         return made(object=str(source), settings=asdict(settings)) | {"grasps": grasps}
 
 
-def _draw(console: Console, folder: Path, run: tuple[Command, Body, Hand, SimulationSettings, Outcome, str]) -> None:
-    try:
-        files = simulation_pictures.draw(folder, *run)
-    except simulation_pictures.NoRenderer as error:
-        console.print(f"no pictures: {error}", soft_wrap=True)
-        return
-    console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)
-
-
 def _require_mujoco() -> None:
-    simulation_pictures.headless()
     try:
         import mujoco  # noqa: F401
     except ImportError:

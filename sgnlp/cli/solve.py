@@ -4,6 +4,7 @@ import sys
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 import tyro
 from rich.console import Console
@@ -11,7 +12,7 @@ from rich.text import Text
 
 from sgnlp.cli import codes, compiling, lacks
 from sgnlp.cli.flags import Extending, Observing
-from sgnlp.cli.progress import starts_bar
+from sgnlp.cli.progress import bars
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import load
 from sgnlp.planning import results
@@ -47,7 +48,7 @@ class Solve(Extending, Observing):
         if reporting:
             reporting.drawable()
         show = not (self.json or self.quiet)
-        with starts_bar(console, self.starts, show) as advance:
+        with bars(console, show) as bar:
             plan = solve(
                 observation,
                 hand,
@@ -58,7 +59,7 @@ class Solve(Extending, Observing):
                 seed=self.seed,
                 jobs=self.jobs,
                 timeout=self.timeout,
-                progress=advance,
+                progress=bar("solving starts", self.starts).advance,
             )
         outcome = plan.summary()
         results.save(plan.arrays(), outcome, folder, plan.histories())
@@ -66,17 +67,17 @@ class Solve(Extending, Observing):
         if self.json:
             sys.stdout.write(results.json_text(outcome))
         if show:
-            _show(console, plan, [folder / results.GRASPS, folder / results.SUMMARY, *pages], self)
+            _show(console, plan, outcome, [folder / results.GRASPS, folder / results.SUMMARY, *pages], self)
             for caution in outcome["cautions"]:
                 console.print(Text.assemble(("caution:", "yellow"), f" {caution}"), soft_wrap=True)
             console.print("\n".join(_next(plan, folder)), style="dim", soft_wrap=True)
         return codes.FEASIBLE if plan.best else codes.NONE_FEASIBLE
 
 
-def _show(console: Console, plan: Plan, files: list[Path], asked: Solve) -> None:
+def _show(console: Console, plan: Plan, summary: dict[str, Any], files: list[Path], asked: Solve) -> None:
     for note in plan.observation.notes:
         console.print(note, style="dim")
-    for table in tables.tables(plan):
+    for table in tables.tables(plan, summary):
         console.print(table)
         console.print()
     if asked.explain:

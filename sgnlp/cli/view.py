@@ -10,7 +10,7 @@ from rich.console import Console
 from sgnlp.base.errors import InputError
 from sgnlp.cli import codes
 from sgnlp.planning import reopen, results
-from sgnlp.show import live, web_page
+from sgnlp.show import web_page
 from sgnlp.show.png import picture
 from sgnlp.show.scene import scene
 from sgnlp.show.scene_parts import Scene
@@ -42,17 +42,22 @@ class View:
             console.print(note, style="dim", soft_wrap=True)
         if not 0 <= self.rank < len(shown.views):
             raise InputError(f"--rank must be between 0 and {len(shown.views) - 1}")
-        if self.html is not None:
-            results.write_text(self.html, web_page.page(shown))
-            console.print(f"written: {self.html}", soft_wrap=True)
-        if self.png is not None:
-            results.write_bytes(self.png, picture(shown, self.rank))
-            console.print(f"written: {self.png}", soft_wrap=True)
+        write(console, shown, self.html, self.png, self.rank, 1)
         if self.html is None and self.png is None:
-            server = live.Live(shown, self.port)
-            console.print(f"open http://localhost:{server.port} in a browser; Ctrl-C ends", soft_wrap=True)
-            server.wait()
+            with web_page.server(web_page.page(shown), self.port) as server:
+                console.print(f"open http://localhost:{server.server_port} in a browser; Ctrl-C ends", soft_wrap=True)
+                server.serve_forever()
         return codes.FEASIBLE
+
+
+def write(console: Console, shown: Scene, html: Path | None, png: Path | None, rank: int, stage: int) -> None:
+    """Write the page of a scene, and the picture of one stage, where they are asked for."""
+    if html is not None:
+        results.write_text(html, web_page.page(shown))
+        console.print(f"written: {html}", soft_wrap=True)
+    if png is not None:
+        results.write_bytes(png, picture(shown, rank, stage))
+        console.print(f"written: {png}", soft_wrap=True)
 
 
 def _scene(result: reopen.Reopened) -> Scene:

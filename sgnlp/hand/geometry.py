@@ -4,12 +4,14 @@ import casadi as ca
 import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.hand_file import Finger
-from sgnlp.hand.kinematics import Backend, backends, forward, frames
+from sgnlp.hand.kinematics import forward, frames
 from sgnlp.hand.meshes import link_meshes, link_poses, mesh_links
 from sgnlp.perception.synthetic.meshes import Mesh
+from sgnlp.perception.synthetic.truth import surface_samples
 
 Array = NDArray[np.float64]
 
@@ -21,24 +23,22 @@ FACE_POINTS = 1000
 def protrusions(hand: Hand) -> dict[str, float]:
     """How far [m] the meshes of each link reach out of all spheres at the reference pose; negative if they do not."""
     centres, radii = frames(hand, ORIGIN, hand.reference)[1], np.array([sphere.radius for sphere in hand.spheres])
-    poses = link_poses(hand, ORIGIN, hand.reference)
     found: dict[str, float] = {}
-    for name, mesh, pose in zip(mesh_links(hand), link_meshes(hand)[0], poses, strict=True):
-        points = surface_points(mesh, FACE_POINTS) @ pose[:3, :3].T + pose[:3, 3]
-        outside = np.full(len(points), np.inf)
-        for centre, radius in zip(centres, radii, strict=True):
-            outside = np.minimum(outside, np.linalg.norm(points - centre, axis=1) - radius)
+    for name, points in _skin(hand):
+        outside = (cdist(points, centres) - radii).min(axis=1)
         found[name] = max(found.get(name, -np.inf), float(outside.max()))
     return found
 
 
+def _skin(hand: Hand) -> list[tuple[str, Array]]:
+    """For each mesh, its link and its `surface_points` (K, 3) [m] at the reference pose, seen from the root link."""
+    meshes = zip(mesh_links(hand), link_meshes(hand)[0], link_poses(hand, ORIGIN, hand.reference), strict=True)
+    return [(link, surface_points(mesh, FACE_POINTS) @ T[:3, :3].T + T[:3, 3]) for link, mesh, T in meshes]
+
+
 def surface_points(mesh: Mesh, count: int) -> Array:
     """The vertices of a mesh and `count` points drawn evenly from its area (U + count, 3) [m], always the same."""
-    rng = np.random.default_rng(0)
-    corners = mesh.vertices[mesh.faces]  # (F, 3, 3)
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    chosen = corners[rng.choice(len(corners), count, p=area / area.sum())]
-    return np.vstack([mesh.vertices, np.einsum("pk,pkx->px", rng.dirichlet(np.ones(3), count), chosen)])
+    return np.vstack([mesh.vertices, surface_samples(mesh, count, np.random.default_rng(0))[0]])
 
 
 def tips(hand: Hand) -> Array:
@@ -70,16 +70,11 @@ def pad_gaps(hand: Hand) -> Array:
 
     A finger without meshes is taken to reach as far beyond its tip's link as its longest bone.
     """
-    poses, names, meshes = link_poses(hand, ORIGIN, hand.reference), mesh_links(hand), link_meshes(hand)[0]
-    gaps = []
+    skin, gaps = _skin(hand), []
     for finger, pad in zip(hand.fingers, tips(hand), strict=True):
         own = set(_own_joints(hand, finger))
         links = {frame.name for frame in hand.model.frames if frame.parentJoint in own}
-        distances = [
-            np.linalg.norm(surface_points(mesh, FACE_POINTS) @ pose[:3, :3].T + pose[:3, 3] - pad, axis=1).min()
-            for name, mesh, pose in zip(names, meshes, poses, strict=True)
-            if name in links
-        ]
+        distances = [np.linalg.norm(points - pad, axis=1).min() for link, points in skin if link in links]
         bare = np.linalg.norm(finger.offset) - _longest_bone(hand, finger)
         gaps.append(float(min(distances, default=bare)) - finger.radius)
     return np.array(gaps)
@@ -109,21 +104,18 @@ def start_offsets(hand: Hand, edge: float) -> Array:
     return np.linalg.norm([frames(hand, pose, hand.reference)[0].mean(axis=0) for pose in poses], axis=1)
 
 
-def kinematics_errors(hand: Hand, samples: int, seed: int = 0) -> dict[Backend, float]:
-    """The largest difference of the symbolic tips and spheres to numeric Pinocchio's, by backend, at random poses."""
+def kinematics_error(hand: Hand, samples: int, seed: int = 0) -> float:
+    """The largest difference [m] of the symbolic tips and spheres to numeric Pinocchio's, at random poses."""
     n = len(hand.joint_names)
     symbols = ca.SX.sym("wrist", 7), ca.SX.sym("joints", n), ca.SX.sym("v", 6 + n)
-    errors: dict[Backend, float] = {}
-    for backend in backends():
-        f = forward(hand, *symbols, using=backend)
-        points = ca.Function("points", list(symbols), [ca.vertcat(f.tips, f.spheres)])
-        rng, worst = np.random.default_rng(seed), 0.0
-        for _ in range(samples):
-            wrist, joints = _random_pose(rng), rng.uniform(hand.lower, hand.upper)
-            expected = np.vstack(frames(hand, wrist, joints))
-            worst = max(worst, float(np.abs(np.array(points(wrist, joints, np.zeros(6 + n))) - expected).max()))
-        errors[backend] = worst
-    return errors
+    f = forward(hand, *symbols)
+    points = ca.Function("points", list(symbols), [ca.vertcat(f.tips, f.spheres)])
+    rng, worst = np.random.default_rng(seed), 0.0
+    for _ in range(samples):
+        wrist, joints = _random_pose(rng), rng.uniform(hand.lower, hand.upper)
+        found = np.array(points(wrist, joints, np.zeros(6 + n)))
+        worst = max(worst, float(np.abs(found - np.vstack(frames(hand, wrist, joints))).max()))
+    return worst
 
 
 def _random_pose(rng: np.random.Generator) -> Array:

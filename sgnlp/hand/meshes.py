@@ -30,11 +30,8 @@ def _geometry(hand: Hand) -> pin.GeometryModel:
         raise InputError(
             f"a mesh of {hand.urdf.name} cannot be read: {' '.join(told.split())}; export it again"
         ) from None
-    for shown in list(model.geometryObjects):
-        mesh = _mesh(shown)
-        if mesh is None:
-            model.removeGeometryObject(shown.name)
-        elif fault := _fault(mesh):
+    for shown in model.geometryObjects:
+        if fault := _fault(_mesh(shown)):
             raise InputError(f"the mesh {shown.meshPath} of {hand.urdf.name} {fault}")
     return model
 
@@ -45,14 +42,13 @@ def _fault(mesh: Mesh) -> str:
         return "has no triangles; export it again"
     if not np.isfinite(mesh.vertices).all():
         return "has vertices that are not finite; export it again"
-    spread = np.linalg.svd(mesh.vertices - mesh.vertices.mean(axis=0), compute_uv=False)
-    if len(spread) < 3 or spread[2] < MIN_THICKNESS * spread[0]:
+    if mesh.flatness < MIN_THICKNESS:
         return "is flat, so that nothing touches it; give it some thickness, or remove it"
     return ""
 
 
-def _mesh(shown: pin.GeometryObject) -> Mesh | None:
-    """A geometry of Pinocchio as a mesh; None for what no URDF has."""
+def _mesh(shown: pin.GeometryObject) -> Mesh:
+    """A geometry of Pinocchio as a mesh: of a file, a box, a cylinder or capsule, or a sphere; a URDF has no other."""
     shape: Any = shown.geometry
     if hasattr(shape, "tri_indices"):
         faces = np.array([[t[0], t[1], t[2]] for t in map(shape.tri_indices, range(shape.num_tris))], int).reshape(
@@ -63,10 +59,8 @@ def _mesh(shown: pin.GeometryObject) -> Mesh | None:
         return box(2 * np.array(shape.halfSide))
     if hasattr(shape, "halfLength"):
         return cylinder(shape.radius, 2 * shape.halfLength, SIDES)
-    if hasattr(shape, "radius"):
-        ball = unit_sphere(BALL_POINTS)
-        return Mesh(shape.radius * ball.vertices, ball.faces)
-    return None
+    ball = unit_sphere(BALL_POINTS)
+    return Mesh(shape.radius * ball.vertices, ball.faces)
 
 
 def link_meshes(hand: Hand) -> tuple[list[Mesh], list[tuple[float, float, float]]]:
@@ -77,10 +71,8 @@ def link_meshes(hand: Hand) -> tuple[list[Mesh], list[tuple[float, float, float]
     """
     meshes, colours = [], []
     for shown in _geometry(hand).geometryObjects:
-        mesh = _mesh(shown)
-        assert mesh is not None  # the others were removed
-        meshes.append(mesh)
         red, green, blue, _ = map(float, shown.meshColor)
+        meshes.append(_mesh(shown))
         colours.append((red, green, blue))
     return meshes, colours
 

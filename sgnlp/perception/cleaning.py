@@ -12,15 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from sgnlp.base.checked import POSITIVE, Checked, Interval, Positive
+from sgnlp.base.checked import POSITIVE, Checked, Positive
 from sgnlp.base.errors import InputError
 from sgnlp.perception.sampling import MAX_POINTS, grid_sample
 from sgnlp.perception.text_rows import counts
 
 FloatArray = NDArray[np.float64]
 
-SIMPLEX_POINTS = 4  # fewer points enclose no volume
-SHARE: Interval = (0.0, 1.0)
 SAME = 1e-6
 """Points that agree to this are the same [m]: no camera gives a point twice to a micrometre."""
 REPEATS = 10

@@ -3,8 +3,8 @@
 import re
 import warnings
 import zipfile
-from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,28 +39,11 @@ CONVERT = (
 """The one line that makes an npz of what was pickled."""
 
 
-@dataclass(frozen=True, eq=False)
-class RawCloud:
-    """What a file holds, unchecked and in its own unit. Fields as in `sgnlp.perception.observation.observe`."""
+def read(path: str | Path, key: str | None = None) -> dict[str, Any]:
+    """The cloud in a file as arguments of `sgnlp.perception.observation.observe`, unchecked, and its `half`.
 
-    points: object
-    name: str
-    view: object = None
-    view_names: tuple[str, ...] | None = None
-    table_height: float | None = None
-    camera_positions: object = None
-    mesh_vertices: object = None
-    mesh_faces: object = None
-    mass: float | None = None
-    friction: float | None = None
-    half: str = ""
-    notes: tuple[str, ...] = ()  # what was dropped or assumed
-
-
-def read(path: str | Path, key: str | None = None) -> RawCloud:
-    """The cloud in a file; its suffix picks the reader, what `point_files` does not read is npz or npy.
-
-    `key` names the array of an npz that holds the points. Raises `InputError` when the file is missing, not a file,
+    The suffix picks the reader; what `point_files` does not read is npz or npy. `key` names the array of an npz that
+    holds the points. Raises `InputError` when the file is missing, not a file,
     unreadable, damaged, holds pickled objects, or lacks the points.
     """
     path = Path(path)
@@ -73,11 +56,11 @@ def read(path: str | Path, key: str | None = None) -> RawCloud:
             raise InputError(f"is not a regular file; give {EXPECTED}")
         if path.suffix.lower() in point_files.SUFFIXES:
             text = point_files.read(path)
-            return RawCloud(text.points, safe_name(path.stem), notes=text.notes)
+            return {"points": text.points, "name": safe_name(path.stem), "notes": text.notes}
         arrays = _arrays(path)
         if isinstance(arrays, dict):
             return _from_arrays(arrays, safe_name(path.stem), key)
-        return RawCloud(arrays, safe_name(path.stem))
+        return {"points": arrays, "name": safe_name(path.stem)}
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror or error}") from error
     except MemoryError as error:
@@ -189,7 +172,7 @@ def _arrays(path: Path) -> dict[str, object] | NDArray[np.generic]:
     return arrays
 
 
-def _from_arrays(arrays: dict[str, object], stem: str, chosen: str | None) -> RawCloud:
+def _from_arrays(arrays: dict[str, object], stem: str, chosen: str | None) -> dict[str, Any]:
     if chosen is not None and chosen not in arrays:
         raise unknown("key", chosen, arrays)
     cameras, attributes = ([], []) if chosen is not None else _cameras(arrays)
@@ -197,40 +180,40 @@ def _from_arrays(arrays: dict[str, object], stem: str, chosen: str | None) -> Ra
     if (points_key in arrays) == bool(cameras):
         fault = "both 'points' and 'points_<camera>'" if cameras else "neither 'points' nor 'points_<camera>'"
         raise InputError(f"has {fault}; {_offer(arrays)}its keys: {', '.join(sorted(arrays)) or 'none'}")
-    optional = {key: arrays[key] for key in OPTIONAL_KEYS if key in arrays and key != chosen}
+    found: dict[str, Any] = {key: arrays[key] for key in OPTIONAL_KEYS if key in arrays and key != chosen}
     notes = [f"Took {', '.join(attributes)} for attributes of the points, not for cameras."] if attributes else []
     if cameras:
-        optional["view_names"] = tuple(key.removeprefix(PER_CAMERA) for key in cameras)
+        found["view_names"] = tuple(key.removeprefix(PER_CAMERA) for key in cameras)
         read = [rows(arrays[key], key) for key in cameras]
         clouds = [cloud for cloud, _ in read]
         notes += [note for _, said in read for note in said]
-        optional["view"] = np.repeat(np.arange(len(clouds)), [len(cloud) for cloud in clouds])
-        points: object = np.concatenate(clouds)
+        found["view"] = np.repeat(np.arange(len(clouds)), [len(cloud) for cloud in clouds])
+        found["points"] = np.concatenate(clouds)
     else:
-        points = arrays[points_key]
-    _plain(optional, stem)
+        found["points"] = arrays[points_key]
+    _plain(found, stem)
     ignored = sorted(set(arrays) - {points_key, *cameras, *attributes, *OPTIONAL_KEYS})
     notes += [f"Ignored the unknown keys {', '.join(ignored)}."] if ignored else []
-    optional["notes"] = (*optional.get("notes", ()), *notes)  # type: ignore[misc]
-    return RawCloud(points=points, **optional)  # type: ignore[arg-type]
+    found["notes"] = (*found.get("notes", ()), *notes)
+    return found
 
 
-def _plain(optional: dict[str, object], stem: str) -> None:
-    """Turn the texts and numbers among the optional arrays into plain ones."""
-    optional.setdefault("name", stem)
+def _plain(found: dict[str, Any], stem: str) -> None:
+    """Turn the texts and numbers among the arrays into plain ones."""
+    found.setdefault("name", stem)
     for key in TEXTS:
         try:
-            optional[key] = str(optional.get(key, ""))
+            found[key] = str(found.get(key, ""))
         except Exception as error:  # a string array may hold what is no character
             raise InputError(f"'{key}' is not a text") from error
-    if "notes" in optional:
-        notes = np.asarray(optional["notes"])
+    if "notes" in found:
+        notes = np.asarray(found["notes"])
         if notes.dtype.kind != "U" or notes.ndim != 1:
             raise InputError(f"'notes' must be texts (N,); found {notes.dtype} of shape {notes.shape}")
-        optional["notes"] = tuple(map(str, notes))
+        found["notes"] = tuple(map(str, notes))
     for key in NUMBERS:
-        if key in optional:
-            optional[key] = float(floats(optional[key], key, ()))
+        if key in found:
+            found[key] = float(floats(found[key], key, ()))
 
 
 def _cameras(arrays: dict[str, object]) -> tuple[list[str], list[str]]:

@@ -94,28 +94,22 @@ def load(path: str | Path, reading: Reading = PLAIN, **options: Any) -> Observat
     try:
         reading = replace(reading, **options)
         raw = clouds.read(path, reading.key)
-        turn = world_pose(reading.up, reading.pose)
-        notes, height = list(raw.notes), reading.table_height
-        if height is None and raw.table_height is not None and reading.pose is None:
-            height = raw.table_height * reading.scale
-        elif height is None and raw.table_height is not None:
+        half, notes, own = raw.pop("half", ""), [*raw.pop("notes", ())], raw.pop("table_height", None)
+        height = reading.table_height
+        if height is None and own is not None and reading.pose is None:
+            height = own * reading.scale
+        elif height is None and own is not None:
             notes.append("Ignored the table's height in the file: it is not in the world's frame.")
-        truth = {name: getattr(raw, name) for name in ("mesh_vertices", "mesh_faces", "mass", "friction")}
         observation = observe(
-            raw.points,  # type: ignore[arg-type]
-            view=raw.view,  # type: ignore[arg-type]
-            view_names=raw.view_names,
+            **raw,
             views=list(reading.views) or None,
             table_height=height,
             scale=reading.scale,
-            name=raw.name,
-            camera_positions=raw.camera_positions,  # type: ignore[arg-type]
-            pose=turn,
+            pose=world_pose(reading.up, reading.pose),
             notes=notes,
             settings=reading.cleaning,
-            **truth,
         )
-        return replace(observation, source=str(path), half=raw.half, reading=reading)
+        return replace(observation, source=str(path), half=half, reading=reading)
     except InputError as error:
         line = "".join(letter if letter.isprintable() else "?" for letter in f"{path}: {error}")
         raise InputError(line) from error

@@ -1,4 +1,7 @@
-"""What Open3D reads from files, in a child process: its readers can crash on a damaged file."""
+"""What Open3D reads from files, in a child process: its readers can crash on a damaged file.
+
+Pinocchio's reader, which hands have, is no way around it: a .ply that is cut off ends the process (measured).
+"""
 
 import io
 import subprocess

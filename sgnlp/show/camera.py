@@ -22,8 +22,6 @@ FILL = 0.85
 """Share of the view's shorter side that the ball around hand and object fills."""
 ROWS, GAP, ROW = 2, 0.07, 0.065
 """Rows of labels, how far the first is below hand and object, and from row to row, over the height of these."""
-LIFT = 0.003
-"""Labels of a view in space stand at least this far above the table [m]."""
 
 
 def axes_of_view(azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> Array:
@@ -63,21 +61,6 @@ def ball(points: Array) -> tuple[Array, float]:
     return centre, float(np.linalg.norm(points - centre, axis=1).max())
 
 
-def distance(radius: float, aspect: float = 1.0) -> float:
-    """From where a ball of this radius [m] fills `FILL` of the shorter side of a view, width over height `aspect`.
-
-    The ball is seen at a half angle a, sin a = radius / distance, and tan a = FILL min(1, aspect) tan(FIELD / 2).
-    """
-    half = np.arctan(FILL * min(1.0, aspect) * np.tan(np.radians(FIELD) / 2))
-    return radius / float(np.sin(half))
-
-
-def projected(points: Array, centre: Array, camera: Array, away: float = np.inf) -> Array:
-    """Points (N, 3) on the plane (N, 2) through the centre, across the view; from infinity in parallel."""
-    right, up, towards = ((points - centre) @ camera.T).T
-    return np.stack([right, up], axis=1) / (1 - towards / away)[:, None]
-
-
 def beside(shown: Array, places: Array) -> Array:
     """Where labels of places (m, 2) stand: in rows below everything shown (N, 2), from left to right as their places.
 
@@ -90,11 +73,3 @@ def beside(shown: Array, places: Array) -> Array:
         found[i, 0] = low[0] + (column + 0.5) / count * (high[0] - low[0])
         found[i, 1] = low[1] - height * (GAP + ROW * (column % ROWS))
     return found
-
-
-def in_space(flat: Array, centre: Array, camera: Array, away: float, height: float) -> Array:
-    """Points (m, 3) that are seen at `flat` (m, 2), on the plane through the centre or nearer, above the table."""
-    eye = centre + away * camera[2]
-    points = centre + flat @ camera[:2]
-    share = np.clip((height + LIFT - points[:, 2]) / (eye[2] - points[:, 2]), 0.0, 1.0)
-    return points + share[:, None] * (eye - points)

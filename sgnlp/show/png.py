@@ -7,6 +7,7 @@ the fourth is the legend; a page that is narrow puts them below each other.
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
@@ -60,22 +61,23 @@ class Picture:
     cells: tuple[bytes, ...]
 
 
+def drawable() -> None:
+    """Raise `InputError` unless Matplotlib is installed: before any work."""
+    if find_spec("matplotlib") is None:
+        raise InputError("pictures need Matplotlib: pip install 'sgnlp[view]'")
+
+
 def picture(scene: Scene, rank: int = 0, stage: int = 1) -> bytes:
     """A PNG of a grasp at one of its stages, from three sides, with the legend; see `cells`."""
     return joined(cells(scene, rank, stage))
 
 
 def cells(scene: Scene, rank: int = 0, stage: int = 1) -> Picture:
-    """A grasp at one of its stages, from three sides, and the legend.
+    """A grasp at one of its stages, from three sides, and the legend; raises as `drawable`."""
+    drawable()
+    from matplotlib import colormaps, rc_context
+    from matplotlib.colors import Normalize
 
-    Raises:
-        InputError: Matplotlib is not installed.
-    """
-    try:
-        from matplotlib import colormaps, rc_context
-        from matplotlib.colors import Normalize
-    except ImportError:
-        raise InputError("pictures need Matplotlib: pip install 'sgnlp[view]'") from None
     view = scene.views[rank]
     shapes = [shape for shape in placed(scene, rank, stage) if shape.layer not in scene.hidden]
     values = [shape.values for shape in shapes if shape.values is not None]

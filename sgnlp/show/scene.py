@@ -18,7 +18,7 @@ from sgnlp.hand.meshes import link_meshes, link_poses, mesh_links
 from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.problem import Problem
 from sgnlp.show import sheets
-from sgnlp.show.scene_parts import CLOUD, CONTACTS, HAND, NORMALS, SPRINGS, Label, Scene, Shape, Stage, View
+from sgnlp.show.scene_parts import CLOUD, CONTACTS, HAND, NORMALS, SPRINGS, Scene, Shape, Stage, View, named
 from sgnlp.show.scene_shapes import ARROW, axes, coil, cone, segments, solid, spheres, surface, table
 
 Array = NDArray[np.float64]
@@ -82,17 +82,14 @@ def view(grasps: Grasps, rank: int, hand: Hand, problem: Problem | None) -> View
     tips = grasps.tips_pregrasp[rank]
     height, middle = float(grasps.meta["table_height"]), grasps.contacts[0].mean(axis=0)
     lines, letters = axes(tips, middle, height)
-    labels = [
-        Label(f"{name} {k:.0f} N/m", (float(a[0]), float(a[1]), float(a[2])), palette.finger(i))
-        for i, (name, k, a) in enumerate(zip(grasps.finger_names, grasps.gains[rank], tips, strict=True))
-    ]
+    texts = [f"{name} {k:.0f} N/m" for name, k in zip(grasps.finger_names, grasps.gains[rank], strict=True)]
     feasible = "feasible" if grasps.feasible[rank] else f"not feasible: {grasps.violated[rank]}"
     return View(
         title=f"{rank}: start {grasps.start[rank]}, {feasible}",
         links=link_poses(hand, g["wrist"], g["joints"]),
         shapes=(*shapes, *lines),
         stages=stages(grasps, rank),
-        labels=(*labels, *letters),
+        labels=(*named(texts, tips), *letters),
         sheets=(
             sheets.fingers(grasps, rank),
             sheets.energy(grasps, rank, None if problem is None else problem.weights()),
@@ -118,8 +115,13 @@ def stages(grasps: Grasps, rank: int) -> tuple[Stage, ...]:
 
 
 def _stage(name: str, rotation: Array, translation: Array, grasps: Grasps, rank: int, tips: Array) -> Stage:
+    return Stage(name, rotation, translation, tuple(springs(tips, grasps.targets[rank], grasps.gains[rank])))
+
+
+def springs(tips: Array, targets: Array, gains: Array) -> list[Shape]:
+    """Springs of gains (m,) [N/m] from tips to targets (m, 3) [m], with the tips."""
     shapes = []
-    for i, (tip, target, gain) in enumerate(zip(tips, grasps.targets[rank], grasps.gains[rank], strict=True)):
+    for i, (tip, target, gain) in enumerate(zip(tips, targets, gains, strict=True)):
         shapes.append(segments(SPRINGS, coil(tip, target), palette.finger(i), float(gain) / GAIN_WIDTH))
         shapes.append(solid(SPRINGS, tip, DOT, palette.finger(i), "diamond"))
-    return Stage(name, rotation, translation, tuple(shapes))
+    return shapes

@@ -10,7 +10,7 @@ from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import frames
 from sgnlp.hand.meshes import link_poses
 from sgnlp.show.scene import links
-from sgnlp.show.scene_parts import FRAMES, Label, Scene, Shape, Stage, View
+from sgnlp.show.scene_parts import FRAMES, Scene, Shape, Stage, View, named
 from sgnlp.show.scene_shapes import spheres
 from sgnlp.show.sheets import Sheet
 
@@ -38,10 +38,7 @@ def hand_scene(hand: Hand, examination: Examination) -> Scene:
 
 def _view(hand: Hand, name: str, joints: np.ndarray, sheet: Sheet) -> View:
     tips = frames(hand, ORIGIN, joints)[0]
-    labels = tuple(
-        Label(finger.name, (float(x), float(y), float(z)), palette.finger(i))
-        for i, (finger, (x, y, z)) in enumerate(zip(hand.fingers, tips, strict=True))
-    )
+    labels = tuple(named([finger.name for finger in hand.fingers], tips))
     still = Stage("without object", np.eye(3), np.zeros(3), ())
     balls = tuple(spheres(hand, ORIGIN, joints, SPHERE_OPACITY))
     return View(name, link_poses(hand, ORIGIN, joints), (*balls, *_axes(hand, joints)), (still,), labels, (sheet,))

@@ -1,5 +1,6 @@
 """The parts of a view, for any backend that draws it: shapes, labels, stages, and the legend of their symbols."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,10 +14,13 @@ Array = NDArray[np.float64]
 
 HAND, SURFACE, CLOUD, TABLE, AXES, FRAMES = "hand", "surface", "cloud", "table", "axes", "frame axes"
 CONTACTS, NORMALS, CONES, SPRINGS, SPHERES = "contacts", "normals", "friction cones", "springs", "collision spheres"
-LAYERS = (HAND, SURFACE, CLOUD, CONTACTS, NORMALS, CONES, SPRINGS, SPHERES, FRAMES, TABLE, AXES)
+OBJECT, FORCES = "object", "forces"
+LAYERS = (HAND, SURFACE, OBJECT, CLOUD, CONTACTS, NORMALS, CONES, SPRINGS, FORCES, SPHERES, FRAMES, TABLE, AXES)
 """What can be switched on and off."""
 AXIS = 0.05
 """Length of the axes that are drawn [m]."""
+NEWTON = 0.008
+"""Length of a force that is drawn, over the force [m/N]."""
 
 
 @dataclass(frozen=True)
@@ -32,15 +36,17 @@ class Entry:
 
 BALL, CUBE, DIAMOND, PATCH, LINE, FAN, COIL, POINT = "●■◆▬━▲≈·"
 LEGEND = (
-    Entry(HAND, PATCH, palette.STONE, "hand at the pregrasp, its pads in the fingers' colours"),
+    Entry(HAND, PATCH, palette.STONE, "hand, its pads in the fingers' colours"),
     Entry(CLOUD, POINT, palette.INK, "measured points"),
     Entry(SURFACE, PATCH, palette.SKY, "fitted surface, coloured by its deviation ± σ [mm]", graded=True),
+    Entry(OBJECT, PATCH, palette.SKY, "true object"),
     Entry(CONTACTS, BALL, palette.GREY, "contact on the surface"),
     Entry(NORMALS, LINE, palette.GREY, "outward normal at the contact"),
     Entry(CONES, FAN, palette.GREY, "friction cone of the force on the object"),
     Entry(SPRINGS, COIL, palette.GREY, "spring, from the pad's centre to its target"),
     Entry(SPRINGS, DIAMOND, palette.GREY, "pad's centre at the stage that is shown"),
     Entry(SPRINGS, CUBE, palette.GREY, "target of the spring"),
+    Entry(FORCES, LINE, palette.GREY, f"force on the object, {1e3 * NEWTON:g} mm for each newton"),
     Entry(SPHERES, BALL, palette.STONE, "collision sphere"),
     *(Entry(FRAMES, LINE, colour, f"{axis} of the root link and of the tips") for axis, colour in palette.AXES.items()),
     Entry(TABLE, PATCH, palette.PALE, "table"),
@@ -68,10 +74,16 @@ class Label:
     """A text for a place (3,) [m]. It is drawn away from all geometry, with a line to its place."""
 
     text: str
-    place: tuple[float, float, float]
+    place: tuple[float, ...]
     colour: Colour = palette.INK
     here: bool = False
     """Whether the text stands at the place itself."""
+
+
+def named(texts: Sequence[str], places: Array) -> list[Label]:
+    """A label for each finger, at places (m, 3) [m], in its colour."""
+    pairs = zip(texts, places.tolist(), strict=True)
+    return [Label(text, tuple(place), palette.finger(i)) for i, (text, place) in enumerate(pairs)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -144,8 +144,6 @@ def axes(points: Array, middle: Array, height: float) -> tuple[list[Shape], list
     corner = np.array([*np.maximum(beside, middle[:2] - TABLE_HALF + AXIS_GAP), height + AXIS_LIFT])
     ends = corner + AXIS * np.eye(3)
     lines = [segments(AXES, np.stack([corner, end]), palette.INK, AXIS_WIDTH) for end in ends]
-    letters = [
-        Label(name, (float(x), float(y), float(z)), here=True)
-        for name, (x, y, z) in zip("xyz", ends + AXIS_GAP * np.eye(3), strict=True)
-    ]
+    places = (ends + AXIS_GAP * np.eye(3)).tolist()
+    letters = [Label(name, tuple(place), here=True) for name, place in zip("xyz", places, strict=True)]
     return lines, letters

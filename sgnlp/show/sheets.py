@@ -10,12 +10,13 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from sgnlp.hand.hand import Hand
+from sgnlp.planning.cautions.plans import alike
 from sgnlp.planning.grasps import Grasps
 
+NOTHING = 1e-3
+"""In the units of tables, mm and N among them: a smaller value is shown as 0."""
 PRISMATIC = "JointModelP"
 """How Pinocchio's names of joints that slide begin; of these, limits and positions are in metres."""
-
-
 BAR = re.compile(r"(?<!\\)\|")
 """A bar that nothing escapes."""
 
@@ -32,6 +33,39 @@ def markdown(rows: Sequence[Sequence[str]]) -> str:
     """A Markdown table, its first row the heads; bars in its cells do not end them."""
     lines = [rows[0], ["---"] * len(rows[0]), *rows[1:]]
     return "\n".join("| " + " | ".join(BAR.sub(r"\\|", cell) for cell in line) + " |" for line in lines)
+
+
+def starts(summary: Mapping[str, Any], grasps: Grasps) -> Sheet:
+    """A row for each start of a plan, best first, by its summary; failures last."""
+    heads = ("start", "feasible", "margin", "ρ [N m]", "energy", "KKT", "iterations", "time [s]", "same as", "fails")
+    firsts, rows = alike(grasps.contacts), [heads]
+    for s in summary["starts_table"]:
+        if "failure" in s:
+            rows.append((str(s["start"]), "no", *[""] * 7, s["failure"]))
+            continue
+        worst = max(_number(s["kkt"][name]) for name in ("dual", "primal", "complementarity"))
+        margin, stiffness, energy, seconds = (_number(s[n]) for n in ("worst_margin", "stiffness", "energy", "seconds"))
+        numbers = (f"{margin:.3f}", f"{stiffness:.3f}", f"{energy:.1f}", f"{worst:.0e}", str(s["iterations"]))
+        first = firsts[s["rank"]]
+        same = "" if first == s["rank"] else f"start {grasps.start[first]}"
+        fails = "; ".join(s["violated"])
+        rows.append((str(s["start"]), "yes" if s["feasible"] else "no", *numbers, f"{seconds:.2f}", same, fails))
+    return Sheet("Starts, best first", tuple(rows))
+
+
+def _number(value: float | None) -> float:
+    """What JSON could not hold, null, was no number."""
+    return float("nan") if value is None else value
+
+
+def checks(found: Mapping[str, Mapping[str, Any]]) -> Sheet:
+    """The feasibility checks of a grasp by name, each recomputed without smoothing."""
+    rows = [("constraint", "worst at", "value", "demanded", "passed")]
+    for name, check in found.items():
+        value = f"{_number(check['value']):.3g}" if abs(_number(check["value"])) >= NOTHING else "0"
+        row = check["row"].removeprefix(name).strip("[]")
+        rows.append((name, row, value, check["demand"], "yes" if check["passed"] else "no"))
+    return Sheet("Margins and checks", tuple(rows))
 
 
 def fingers(grasps: Grasps, rank: int) -> Sheet:

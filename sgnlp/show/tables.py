@@ -1,6 +1,7 @@
 """Tables of a plan for the terminal: built here, printed by the command line."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,6 @@ from rich.console import Console
 from rich.text import Text
 
 from sgnlp.hand.hand import Hand
-from sgnlp.planning.grasps import Grasps, stack
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution
@@ -20,57 +20,7 @@ from sgnlp.simulation import Outcome, plain
 
 Array = NDArray[np.float64]
 
-NOTHING = 1e-3
-"""In the units of tables, mm and N among them: a smaller value is printed as 0."""
-
-YES, NO = Text("yes", style="green"), Text("no", style="red")
-
-
-def starts_table(plan: Plan) -> Table:
-    """One row a start, best first; failures last."""
-    table = Table(
-        "Starts, best first",
-        *("start", "feasible", "margin", "ρ [N m]", "energy", "KKT", "iterations", "time [s]", "fails"),
-    )
-    for s in plan.solutions:
-        table.add_row(
-            str(s.start),
-            YES if s.feasible else NO,
-            f"{s.worst_margin:.3f}",
-            f"{s.grasp.stiffness:.3f}",
-            f"{s.energy:.1f}",
-            f"{s.kkt.worst:.0e}",
-            str(s.iterations),
-            f"{s.seconds:.2f}",
-            "; ".join(s.violated),
-        )
-    for failure in plan.failures:
-        table.add_row(str(failure.start), NO, "", "", "", "", "", "", failure.reason)
-    return table
-
-
-def fingers_table(plan: Plan, s: Solution) -> Table:
-    """One row a finger of a grasp."""
-    return table(sheets.fingers(_grasps(plan, s), 0), f"Start {s.start}, by finger")
-
-
-def energy_table(plan: Plan, s: Solution) -> Table:
-    """The exact energy of a grasp, term by term."""
-    made = table(sheets.energy(_grasps(plan, s), 0, plan.problem.weights()), f"Start {s.start}, exact energy")
-    made.rows[-1].style = "bold"
-    return made
-
-
-def _grasps(plan: Plan, s: Solution) -> Grasps:
-    return stack(plan.problem.hand, plan.problem.terms, [s], {})
-
-
-def checks_table(s: Solution) -> Table:
-    """The feasibility checks of a grasp."""
-    table = Table(f"Start {s.start}, recomputed", "constraint", "worst value", "demanded", "passed")
-    for check in s.checks:
-        table.add_row(check.name, f"{_near_zero(check.value):.3g}", check.demand, YES if check.passed else NO)
-    return table
+COLOURED = {"yes": Text("yes", style="green"), "no": Text("no", style="red")}
 
 
 def legend(problem: Problem) -> list[str]:
@@ -79,11 +29,6 @@ def legend(problem: Problem) -> list[str]:
     width = max(len(name) for parts in named for name, _ in parts)
     terms, constraints = ([f"  {name:{width}}  {about}" for name, about in parts] for parts in named)
     return ["Terms of the energy reward", *terms, "Constraints bound", *constraints]
-
-
-def _near_zero(value: float) -> float:
-    """The value, or 0 where it is smaller than any table tells."""
-    return value if abs(value) >= NOTHING else 0.0
 
 
 def violations_table(s: Solution) -> Table:
@@ -95,18 +40,25 @@ def violations_table(s: Solution) -> Table:
     return table
 
 
-def tables(plan: Plan) -> list[Any]:
-    """Everything to print about a plan: the starts, then the best grasp or the least bad one."""
-    shown: list[Any] = [starts_table(plan)]
+def tables(plan: Plan, summary: Mapping[str, Any]) -> list[Table]:
+    """Everything to print about a plan with its summary: the starts, then the best grasp or the least bad one."""
+    grasps = plan.arrays()
+    shown = [table(_without("same as", sheets.starts(summary, grasps)))]
     if plan.solutions:
         first = plan.solutions[0]
-        shown += [
-            fingers_table(plan, first),
-            energy_table(plan, first),
-            checks_table(first),
-        ]
+        energy = table(sheets.energy(grasps, 0, plan.problem.weights()), f"Start {first.start}, exact energy")
+        energy.rows[-1].style = "bold"
+        recomputed = sheets.checks({check.name: asdict(check) | {"demand": check.demand} for check in first.checks})
+        shown.append(table(sheets.fingers(grasps, 0), f"Start {first.start}, by finger"))
+        shown += [energy, table(_without("worst at", recomputed), f"Start {first.start}, recomputed")]
         shown += [violations_table(first)] if first.violations else []
     return shown
+
+
+def _without(head: str, sheet: Sheet) -> Sheet:
+    """A sheet without one of its columns, so that it fits a terminal of 80."""
+    i = sheet.rows[0].index(head)
+    return replace(sheet, rows=tuple((*row[:i], *row[i + 1 :]) for row in sheet.rows))
 
 
 def pose_lines(plan: Plan, s: Solution) -> list[str]:
@@ -184,7 +136,7 @@ def table(sheet: Sheet, title: str = "") -> Table:
     """A sheet as a table of the terminal."""
     made = Table(title or sheet.title, *sheet.rows[0])
     for row in sheet.rows[1:]:
-        made.add_row(*row)
+        made.add_row(*(COLOURED.get(cell, cell) for cell in row))
     return made
 
 

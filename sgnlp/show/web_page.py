@@ -1,12 +1,13 @@
 """A scene as one HTML file that opens offline: the data, a page of our own, and the whole of plotly.js.
 
-Plotly's Python package ships plotly.js whole, and it draws meshes, lines and texts; viser's own export is one file too,
-but without a panel: neither grasps to choose from nor numbers beside them.
+Plotly's Python package ships plotly.js whole. `sgnlp view` writes the file, or serves it to a browser.
 """
 
 import base64
 import json
+from contextlib import suppress
 from dataclasses import asdict
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib import resources
 from typing import Any
 
@@ -34,6 +35,32 @@ def page(scene: Scene) -> str:
     template = resources.files("sgnlp.show").joinpath("viewer.html").read_text(encoding="utf-8")
     data = json.dumps(plain(scene)).replace("<", "\\u003c")  # no text may end the script
     return template.replace("/*SCENE*/", data).replace("/*PLOTLY*/", get_plotlyjs())
+
+
+def server(content: str, port: int) -> ThreadingHTTPServer:
+    """What gives a browser the page at every address of a port, from `serve_forever` on.
+
+    Raises:
+        InputError: the port is not free.
+    """
+    body = content.encode()
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            with suppress(ConnectionError):  # the browser has gone
+                self.send_response(200)
+                self.send_header("Content-Type", "text/html; charset=utf-8")
+                self.send_header("Content-Length", str(len(body)))
+                self.end_headers()
+                self.wfile.write(body)
+
+        def log_message(self, format: str, *arguments: Any) -> None:
+            """Nothing: the terminal is the command's."""
+
+    try:
+        return ThreadingHTTPServer(("", port), Handler)
+    except (OSError, OverflowError) as error:
+        raise InputError(f"port {port} cannot be used ({error}); give another one (--port)") from None
 
 
 def plain(scene: Scene) -> dict[str, Any]:
@@ -64,13 +91,9 @@ def _view(scene: Scene, rank: int) -> dict[str, Any]:
         "links": view.links[:, :3].tolist(),
         "shapes": [_shape(shape) for shape in view.shapes],
         "stages": [
-            {
-                "name": stage.name,
-                "rotation": stage.rotation.tolist(),
-                "translation": stage.translation.tolist(),
-                "shapes": [_shape(shape) for shape in stage.shapes],
-            }
-            for stage in view.stages
+            {"name": s.name, "rotation": s.rotation.tolist(), "translation": s.translation.tolist()}
+            | {"shapes": [_shape(shape) for shape in s.shapes]}
+            for s in view.stages
         ],
         "labels": [asdict(label) | {"colour": palette.css(label.colour)} for label in view.labels],
         "sheets": [{"title": sheet.title, "rows": sheet.rows} for sheet in view.sheets],
@@ -78,17 +101,9 @@ def _view(scene: Scene, rank: int) -> dict[str, Any]:
 
 
 def _shape(shape: Shape) -> dict[str, Any]:
-    return {
-        "layer": shape.layer,
-        "vertices": _bytes(shape.vertices, np.float32),
-        "cells": _bytes(shape.cells, np.int32),
-        "corners": shape.cells.shape[1],
-        "colour": shape.colour,
-        "opacity": shape.opacity,
-        "width": shape.width,
-        "values": None if shape.values is None else _bytes(shape.values, np.float32),
-        "moves": shape.moves,
-    }
+    values = None if shape.values is None else _bytes(shape.values, np.float32)
+    arrays = {"vertices": _bytes(shape.vertices, np.float32), "cells": _bytes(shape.cells, np.int32), "values": values}
+    return vars(shape) | arrays | {"corners": shape.cells.shape[1]}
 
 
 def _bytes(array: Any, kind: Any) -> str:

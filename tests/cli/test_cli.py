@@ -24,7 +24,7 @@ from sgnlp.base.errors import InputError
 from sgnlp.base.presets import PRESETS, ROBUST
 from sgnlp.base.settings import Settings
 from sgnlp.cli import codes, run
-from sgnlp.cli.progress import starts_bar
+from sgnlp.cli.progress import bars
 from sgnlp.perception.observation import ObservationSettings
 from sgnlp.planning import results
 from sgnlp.planning.pool import solve_start
@@ -215,7 +215,8 @@ def test_ctrl_c_ends_every_worker_and_leaves_no_file(cloud):
 
 def test_the_bar_counts_starts_on_a_terminal_and_nowhere_else(capsys):
     for terminal, show, seen in ((True, True, True), (False, True, False), (True, False, False)):
-        with starts_bar(Console(force_terminal=terminal), 3, show) as advance:
+        with bars(Console(force_terminal=terminal), show) as bar:
+            advance = bar("solving starts", 3).advance
             advance(None)
             advance(None)
         assert ("2/3" in capsys.readouterr().out) == seen
@@ -567,7 +568,7 @@ def test_hands_are_listed(capfd):
 def test_the_doctor_tells_versions_solvers_and_backend(capfd):
     assert run(["doctor"]) == 0
     out, err = capfd.readouterr()
-    for name in ("casadi", "pin", "numpy", "open3d", "nlpsol ipopt", "forward kinematics", "surface", "processor"):
+    for name in ("casadi", "pin", "numpy", "open3d", "nlpsol ipopt", "surface", "processor"):
         assert name in out
     assert err == ""
 

@@ -47,7 +47,7 @@ def test_a_byte_of_a_name_that_is_no_text_is_itself_again():
 @pytest.mark.parametrize("width", [20, 30, 40, 60, 79, 80, 200])
 def test_no_number_or_word_is_cut_at_any_width(width):
     plan = small_plan()
-    tables = report.tables(plan)
+    tables = report.tables(plan, plan.summary())
     for table in tables:
         words = {w for c in table.columns for cell in c.cells for w in str(cell).split()}
         text = printed("utf-8", table, width=width).decode()

@@ -1,12 +1,13 @@
 """Failed trials looked at again: what went otherwise than planned, and the page with the pictures."""
 
+import io
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from rich.console import Console
+from PIL import Image
 from scenes import SMALL
 from test_trials import HEAVY, row, setup
 
@@ -17,7 +18,6 @@ from sgnlp.experiments.studies import comparison, failures
 from sgnlp.experiments.studies.failures import Failed
 from sgnlp.experiments.studies.study import Setup
 from sgnlp.experiments.studies.trials import NO_PLAN, Condition
-from sgnlp.show import simulation_pictures
 
 CAN = Path(__file__).parents[2] / "problems" / "can_1.npz"
 FINGERS = ("index", "middle", "ring", "thumb")
@@ -74,35 +74,24 @@ def test_a_trial_carried_out_again_measures_the_surface_at_the_contacts():
 
 
 def test_the_page_has_a_line_and_a_picture_for_each(tmp_path, monkeypatch):
-    image = np.zeros((4, 12, 3), np.uint8)
-    monkeypatch.setattr(simulation_pictures, "images", lambda *_: {"close": image, "lift": image})
+    content = io.BytesIO()
+    Image.new("RGB", (12, 4)).save(content, "PNG")
+    monkeypatch.setattr(page, "scene", lambda *_: SimpleNamespace(views=[None, None]))
+    monkeypatch.setattr(page, "picture", lambda shown, rank, stage: content.getvalue())
     for name in ("true_body", "command"):
         monkeypatch.setattr(page, name, lambda *_: None)
     ended: list[object] = []
     bar: Any = SimpleNamespace(advance=ended.append)
-    page.write(Console(), tmp_path, [failed(rise_mm=3.0)], bar)
+    page.write(tmp_path, [failed(rise_mm=3.0)], bar)
     assert len(ended) == 1
     assert (tmp_path / "failures" / "can_1-2-views-0.1-kg-mu-1.jpg").read_bytes()[:2] == b"\xff\xd8"
     text = (tmp_path / "failures.md").read_text(encoding="utf-8")
     assert "| can_1 | 2 views | 0.1 kg, μ 1 | not lifted | the object rises 3 mm only | ![can_1-2-views-0.1-" in text
 
 
-def test_without_opengl_the_page_has_no_pictures_and_it_is_said_once(tmp_path, monkeypatch, capsys):
-    def none(*_: object) -> dict[str, Any]:
-        raise simulation_pictures.NoRenderer("no OpenGL")
-
-    monkeypatch.setattr(simulation_pictures, "images", none)
-    for name in ("true_body", "command"):
-        monkeypatch.setattr(page, name, lambda *_: None)
-    bar: Any = SimpleNamespace(advance=lambda trial: None)
-    page.write(Console(), tmp_path, [failed(), failed()], bar)
-    assert capsys.readouterr().out.count("no pictures: no OpenGL") == 1
-    assert "![" not in (tmp_path / "failures.md").read_text(encoding="utf-8")
-
-
 def test_no_failure_is_told_too(tmp_path):
     bar: Any = SimpleNamespace(advance=lambda trial: None)
-    page.write(Console(), tmp_path, [], bar)
+    page.write(tmp_path, [], bar)
     assert (tmp_path / "failures.md").read_text(encoding="utf-8") == "Nothing failed.\n"
 
 

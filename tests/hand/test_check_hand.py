@@ -78,8 +78,8 @@ def test_pairs_that_overlap_at_the_reference_are_wrong(tmp_path: Path):
 
 
 def test_kinematics_that_are_not_pinocchios_are_wrong(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(geometry, "kinematics_errors", lambda hand, samples: {"model walk": 2e-12})
-    assert wrong(THREE) == {"kinematics by model walk": "off Pinocchio by 2.0e-12 m"}
+    monkeypatch.setattr(geometry, "kinematics_error", lambda hand, samples: 2e-12)
+    assert wrong(THREE) == {"symbolic kinematics": "off Pinocchio by 2.0e-12 m"}
 
 
 def test_a_mesh_that_is_not_there_is_wrong(tmp_path: Path):

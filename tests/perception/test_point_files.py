@@ -210,7 +210,7 @@ def test_points_under_another_key_are_offered_and_read(tmp_path):
     np.savez(file, pc=P, mask=np.zeros(60))
     with pytest.raises(InputError, match=r"if 'pc' holds the points, say --key pc; its keys: mask, pc"):
         load(file)
-    np.testing.assert_array_equal(read(file, "pc").points, P)
+    np.testing.assert_array_equal(read(file, "pc")["points"], P)
     assert load(file, key="pc").reading.key == "pc"
     with pytest.raises(InputError, match="unknown key 'pcd'; valid: mask, pc"):
         load(file, key="pcd")
@@ -228,8 +228,8 @@ def test_attributes_of_points_are_no_cameras(tmp_path, key):
     array = {"bytes": (255 * P).astype(np.uint8), "directions": unit}.get(key, P)
     np.savez(tmp_path / "c.npz", points_left=P, **{f"points_{key}": array})
     raw = read(tmp_path / "c.npz")
-    assert raw.view_names == ("left",)
-    assert raw.notes == (f"Took points_{key} for attributes of the points, not for cameras.",)
+    assert raw["view_names"] == ("left",)
+    assert raw["notes"] == (f"Took points_{key} for attributes of the points, not for cameras.",)
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,12 @@ from sgnlp.planning.plan import Plan
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.violations import Violation
 from sgnlp.show import tables as report
+from sgnlp.show.columns import Table
+
+
+def tables(plan: Plan) -> list[Table]:
+    """What `sgnlp solve` prints."""
+    return report.tables(plan, plan.summary())
 
 
 def printed(*tables: object, width: int = 80) -> str:
@@ -36,7 +42,7 @@ def plan() -> Plan:
 
 
 def test_the_starts_are_listed_best_first_and_failures_last(plan):
-    table = lines(report.starts_table(replace(plan, failures=(Failure(9, "stopped after 1 s"),))), width=100)
+    table = lines(tables(replace(plan, failures=(Failure(9, "stopped after 1 s"),)))[0], width=100)
     assert table[0] == ["Starts, best first"]
     assert [line[0] for line in table[2:]] == [*(str(s.start) for s in plan.solutions), "9"]
     assert table[-1] == ["9", "no", "stopped after 1 s"]
@@ -53,23 +59,24 @@ def test_the_starts_are_listed_best_first_and_failures_last(plan):
 def test_what_fails_is_named_in_the_row(plan):
     bad = plan.solutions[0]
     checks = tuple(replace(c, passed=c.name not in ("force", "stiffness")) for c in bad.checks)
-    row = lines(report.starts_table(replace(plan, solutions=(replace(bad, checks=checks),))), width=100)[2]
+    row = lines(tables(replace(plan, solutions=(replace(bad, checks=checks),)))[0], width=100)[2]
     assert row[1] == "no"
     assert row[-1] == "stiffness; force"
 
 
 def test_units_are_seen_and_every_table_fits_a_terminal_of_80_columns(plan):
-    text = printed(*report.tables(plan))
+    starts, fingers, energy, checks = tables(plan)
+    text = printed(starts, fingers, energy, checks)
     for unit in ("[N m]", "[s]", "[N/m]", "[N]", "[mm]"):
         assert unit in text, unit
-    assert printed(report.starts_table(plan)).count("\n") == 2 + len(plan.solutions)
-    assert printed(report.fingers_table(plan, plan.best)).count("\n") == 2 + len(hand().fingers)
-    assert printed(report.energy_table(plan, plan.best)).count("\n") == 3 + len(plan.problem.terms)
-    assert printed(report.checks_table(plan.best)).count("\n") == 2 + len(plan.best.checks)
+    assert printed(starts).count("\n") == 2 + len(plan.solutions)
+    assert printed(fingers).count("\n") == 2 + len(hand().fingers)
+    assert printed(energy).count("\n") == 3 + len(plan.problem.terms)
+    assert printed(checks).count("\n") == 2 + len(plan.best.checks)
 
 
 def test_the_fingers_table_has_the_numbers_of_the_summary(plan):
-    table = lines(report.fingers_table(plan, plan.best))
+    table = lines(tables(plan)[1])
     assert "margin t0, eq" in table[1]
     for line, (name, finger) in zip(table[2:], plan.summary()["best"]["fingers"].items(), strict=True):
         assert line == [
@@ -84,7 +91,7 @@ def test_the_fingers_table_has_the_numbers_of_the_summary(plan):
 
 
 def test_the_shares_of_the_energy_add_up(plan):
-    table = lines(report.energy_table(plan, plan.best))
+    table = lines(tables(plan)[2])
     shares = [float(line[-1]) for line in table[2:]]
     assert sum(shares[:-1]) == pytest.approx(shares[-1], abs=0.005 * len(shares))
     assert table[-1] == ["total", f"{plan.best.energy:.2f}"]
@@ -101,14 +108,13 @@ def test_what_a_grasp_does_not_satisfy_is_listed_by_name_in_millimetres(plan):
         ["margin_initial[ring]", "-0.1", "0", "0.1"],
     ]
     with_list, without = (
-        report.tables(replace(plan, solutions=(replace(first, violations=v), *plan.solutions[1:])))
-        for v in (missed, ())
+        tables(replace(plan, solutions=(replace(first, violations=v), *plan.solutions[1:]))) for v in (missed, ())
     )
     assert len(with_list) == len(without) + 1
 
 
 def test_every_check_is_shown_with_its_bound(plan):
-    table = {line[0]: line[1:] for line in lines(report.checks_table(plan.best))}
+    table = {line[0]: line[1:] for line in lines(tables(plan)[3])}
     for check in plan.best.checks:
         value, demanded, passed = table[check.name]
         shown = check.value if abs(check.value) >= 1e-3 else 0.0
@@ -119,15 +125,15 @@ def test_every_check_is_shown_with_its_bound(plan):
 
 def test_a_plan_without_solutions_has_only_the_table_of_starts(plan):
     none = replace(plan, solutions=(), failures=(Failure(0, "a"), Failure(1, "b")))
-    assert len(report.tables(none)) == 1
-    assert len(report.tables(plan)) == 4
+    assert len(tables(none)) == 1
+    assert len(tables(plan)) == 4
     assert report.headline(none).startswith("ellipsoid: 0 of 2 starts feasible in ")
     assert report.headline(plan).startswith("ellipsoid: 2 of 2 starts feasible in ")
 
 
 @pytest.mark.parametrize("text", ["[red]", "[/]", "[1]", ":warning:", "[N] [/bold]"])
 def test_what_looks_like_markup_is_shown_as_it_is(plan, text):
-    assert text in printed(report.starts_table(replace(plan, failures=(Failure(0, text),))), width=100)
+    assert text in printed(tables(replace(plan, failures=(Failure(0, text),)))[0], width=100)
     assert text in printed(report.facts_table(text, {"name": "value"}))
     assert text in printed(report.rows_table("title", [{"views": text}]))
 
@@ -144,7 +150,7 @@ def test_lines_become_a_table_and_the_same_in_markdown():
 
 
 def test_tables_are_built_without_printing(plan, capfd):
-    report.tables(plan)
+    tables(plan)
     assert capfd.readouterr() == ("", "")
     assert isinstance(cli._Console(), Console)
 

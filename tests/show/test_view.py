@@ -1,11 +1,14 @@
 """Scenes of planned grasps, and the backends that draw them."""
 
 import io
+import json
 import shutil
 import subprocess
+import threading
 from dataclasses import asdict, fields, replace
 from html import unescape
 from pathlib import Path
+from urllib.request import urlopen
 
 import numpy as np
 import pytest
@@ -18,6 +21,7 @@ from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 
 from sgnlp.base import palette
+from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST
 from sgnlp.cli import run
 from sgnlp.hand.hand import load_hand
@@ -28,9 +32,9 @@ from sgnlp.planning import reopen, results
 from sgnlp.planning.grasps import PER_HAND, Grasps, stack
 from sgnlp.program.terms import preset_terms
 from sgnlp.show import camera as scene_camera
-from sgnlp.show import live, png, sheets, web_page
+from sgnlp.show import png, sheets, web_page
 from sgnlp.show.scene import scene, stages
-from sgnlp.show.scene_parts import AXES, CONES, FRAMES, LAYERS, LEGEND, SPRINGS, SURFACE, Scene
+from sgnlp.show.scene_parts import AXES, CONES, FORCES, FRAMES, LAYERS, LEGEND, OBJECT, SPRINGS, SURFACE, Scene
 from sgnlp.show.scene_shapes import coil, cone
 
 ALLEGRO = load_hand("allegro_left")
@@ -126,48 +130,29 @@ def outside(points: np.ndarray, places: np.ndarray) -> np.ndarray:
     return Delaunay(points).find_simplex(places) < 0
 
 
-@pytest.mark.parametrize("aspect", [0.46, 1.0, 1.6])
-def test_hand_and_object_fill_most_of_the_view_and_none_of_it_is_cut_off(shown, aspect):
+def test_the_page_opens_on_the_middle_of_hand_and_object_from_above(shown):
     points = scene_camera.seen(scene_camera.placed(shown, 0, 0))
-    centre, radius = scene_camera.ball(points)
-    away = scene_camera.distance(radius, aspect)
-    half = min(1.0, aspect) * np.tan(np.radians(scene_camera.FIELD) / 2)
-    share = np.tan(np.arcsin(radius / away)) / half
-    assert 0.6 <= share <= 0.9
-    flat = scene_camera.projected(points, centre, scene_camera.axes_of_view(), away) / away  # tangents of the angles
-    assert 0.6 * share * half < np.abs(flat).max() <= share * half
-
-
-def test_the_live_view_opens_on_hand_and_object_and_a_phone_stands_farther_away(shown):
-    views = live.first_view(shown), live.first_view(shown, 0.46)
-    points = scene_camera.seen(scene_camera.placed(shown, 0, 0))
-    for centre, eye in views:
-        towards = (eye - centre) / np.linalg.norm(eye - centre)
-        assert 0.3 < towards[2] < 0.7  # from above, not from the zenith
-        assert (np.abs(centre - (points.min(axis=0) + points.max(axis=0)) / 2) < 1e-9).all()
-    near, far = (np.linalg.norm(eye - centre) for centre, eye in views)
-    assert 1.8 * near < far < 2.4 * near
+    told = web_page.plain(shown)
+    view, towards = told["views"][0], np.array(told["camera"]["towards"])
+    assert (np.abs(view["centre"] - (points.min(axis=0) + points.max(axis=0)) / 2) < 1e-9).all()
+    assert np.linalg.norm(points - view["centre"], axis=1).max() == pytest.approx(view["radius"])
+    assert 0.3 < towards[2] < 0.7  # not from the zenith
+    assert np.linalg.norm(towards) == pytest.approx(1)
 
 
 def test_labels_stand_beside_hand_and_object_in_order_and_apart(shown):
     view, shapes = shown.views[0], scene_camera.placed(shown, 0, 0)
     points, away = scene_camera.seen(shapes), [label for label in view.labels if not label.here]
     places = np.array([label.place for label in away])
-    centre, radius = scene_camera.ball(points)
     for azimuth in png.AZIMUTHS:
         camera = scene_camera.axes_of_view(azimuth, png.ELEVATION)
-        flat, anchors = (scene_camera.projected(p, centre, camera) for p in (points, places))
+        flat, anchors = points @ camera[:2].T, places @ camera[:2].T
         texts = scene_camera.beside(flat, anchors)
         assert outside(flat, texts).all()
         order = np.argsort(texts[:, 0])
         np.testing.assert_array_equal(order, np.argsort(anchors[:, 0]))
         assert (texts[:, 1] < flat[:, 1].min()).all()
         assert (np.diff(texts[order, 0]) > 0.03).all()
-    spots = live.spots(shown, 0, view.labels)[: len(away)]
-    camera, distance = scene_camera.axes_of_view(), scene_camera.distance(radius)
-    flat, texts = (scene_camera.projected(p, centre, camera, distance) for p in (points, spots))
-    assert outside(flat, texts).all()
-    assert (spots[:, 2] > 0).all()  # not below the table, which would hide their lines
 
 
 # Colours and legend ---------------------------------------------------------------------------------------------------
@@ -175,15 +160,14 @@ def test_labels_stand_beside_hand_and_object_in_order_and_apart(shown):
 
 def test_every_symbol_has_a_line_in_the_legend_and_every_layer_its_box(shown):
     assert {entry.layer for entry in LEGEND} == set(LAYERS)
-    there = tuple(entry for entry in LEGEND if entry.layer != FRAMES)  # the frames of a hand are check-hand's
-    assert shown.layers == tuple(layer for layer in LAYERS if layer != FRAMES)
+    others = (FRAMES, OBJECT, FORCES)  # of check-hand and of simulations
+    there = tuple(entry for entry in LEGEND if entry.layer not in others)
+    assert shown.layers == tuple(layer for layer in LAYERS if layer not in others)
     assert shown.legend == there
     assert shown.fingers == tuple(finger.name for finger in ALLEGRO.fingers)
-    html = unescape(live.legend(shown))
-    assert all(entry.text in html for entry in there)
-    assert all(palette.css(palette.finger(i)) in html for i in range(4))
-    told = web_page.plain(shown)["legend"]
-    assert [entry["text"] for entry in told] == [entry.text for entry in there]
+    told = web_page.plain(shown)
+    assert [entry["text"] for entry in told["legend"]] == [entry.text for entry in there]
+    assert [finger["colour"] for finger in told["fingers"]] == [palette.css(palette.finger(i)) for i in range(4)]
 
 
 def test_a_finger_has_its_colour_in_all_that_is_its_own(shown):
@@ -233,6 +217,17 @@ def test_the_page_is_as_wide_as_a_phone(shown):
     assert '<meta name="viewport" content="width=device-width, initial-scale=1">' in head
 
 
+def test_a_browser_is_served_the_page_and_a_taken_port_is_refused(shown):
+    content = web_page.page(shown)
+    with web_page.server(content, 0) as server:
+        threading.Thread(target=server.handle_request).start()
+        with urlopen(f"http://localhost:{server.server_port}", timeout=10) as answer:
+            assert answer.headers["Content-Type"] == "text/html; charset=utf-8"
+            assert answer.read().decode() == content
+        with pytest.raises(InputError, match="--port"):
+            web_page.server(content, server.server_port)
+
+
 def test_wrist_and_joints_are_told_with_unit_and_limits(grasps):
     _, position, quaternion, turned = sheets.wrist(grasps, 0, ALLEGRO).rows
     np.testing.assert_allclose([float(v) for v in position[1:4]], grasps.wrist[0, :3], atol=5e-5)
@@ -248,17 +243,43 @@ def test_wrist_and_joints_are_told_with_unit_and_limits(grasps):
         assert float(row[3]) == pytest.approx(np.degrees(q), abs=0.05)
 
 
+def opened(page: Path, size: str) -> tuple[str, list[str]]:
+    """The document of a page in a browser's window of a size, and what the browser logs."""
+    command = [str(BROWSER), *FLAGS.split(), f"--window-size={size}", "--virtual-time-budget=5000", "--dump-dom"]
+    done = subprocess.run([*command, page.as_uri()], capture_output=True, encoding="utf-8", timeout=400)
+    return done.stdout, [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+
+
 @pytest.mark.skipif(BROWSER is None, reason="needs chromium")
 def test_the_page_draws_hand_object_and_springs_without_an_error(grasps, tmp_path):
     page = tmp_path / "page.html"
     assert run(["view", str(tmp_path / "made"), "--html", str(page), "--png", str(tmp_path / "it.png")]) == 0
     assert (tmp_path / "it.png").read_bytes().startswith(b"\x89PNG")
-    command = [str(BROWSER), *FLAGS.split(), "--virtual-time-budget=5000", "--dump-dom", page.as_uri()]
-    done = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=400)
-    drawn = done.stdout.rpartition('data-drawn="')[2].partition('"')[0].split(",")
+    text, told = opened(page, "1400,900")
+    drawn = text.rpartition('data-drawn="')[2].partition('"')[0].split(",")
     assert {"hand", "surface", "cloud", "springs", "contacts", "normals", "friction cones", "table"} <= set(drawn)
-    told = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
     assert not [line for line in told if "Uncaught" in line or "ERROR:CONSOLE" in line or "Failed" in line]
+
+
+@pytest.mark.skipif(BROWSER is None, reason="needs chromium")
+@pytest.mark.parametrize("size", ["600,1200", "1400,900"])
+def test_hand_and_object_fill_most_of_the_page_s_view_and_none_of_it_is_cut_off(shown, tmp_path, size):
+    page = tmp_path / "page.html"
+    page.write_text(web_page.page(shown), encoding="utf-8")
+    text, _ = opened(page, size)
+    place, width, height = json.loads(unescape(text.rpartition('data-view="')[2].partition('"')[0]))
+    view = web_page.plain(shown)["views"][0]
+    eye = (
+        2 * view["reach"] * np.array([place["x"], place["y"], place["z"]])
+    )  # from the centre; Plotly's unit is the cube
+    away = np.linalg.norm(eye)
+    axes = scene_camera.axes_of_view()
+    np.testing.assert_allclose(eye / away, axes[2], atol=1e-6)
+    points = (scene_camera.seen(scene_camera.placed(shown, 0, 0)) - view["centre"]) @ axes.T
+    tangents = np.abs(points[:, :2]) / (away - points[:, 2:])
+    half = np.tan(np.radians(scene_camera.FIELD) / 2) * np.array([width / height, 1.0])
+    assert (tangents < half).all()
+    assert 0.5 < (tangents / half.min()).max() < 0.9
 
 
 def test_a_missing_result_is_refused(capfd):

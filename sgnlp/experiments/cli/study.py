@@ -21,8 +21,9 @@ from sgnlp.experiments.studies.study import Setup
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import load
 from sgnlp.planning import results
-from sgnlp.show import plots, simulation_pictures
+from sgnlp.show import plots
 from sgnlp.show import tables as report
+from sgnlp.show.png import drawable
 
 if TYPE_CHECKING:
     Name = str
@@ -73,7 +74,7 @@ class Study(Collecting):
             _show(console, study, rows, folder)
         if self.pictures and study.failed:
             with bars(console) as bar:
-                failures.write(console, folder, study.failed(setup, rows), bar("pictures of failures", None))
+                failures.write(folder, study.failed(setup, rows), bar("pictures of failures", None))
         console.print(f"written: {folder}", soft_wrap=True)
         return codes.NONE_FEASIBLE if broken else codes.FEASIBLE
 
@@ -82,9 +83,9 @@ class Study(Collecting):
         if study.clouds != bool(self.files):
             raise InputError(f"the study {self.name} " + ("needs clouds" if study.clouds else "takes no files"))
         if self.pictures:
+            drawable()
             if not study.failed:
                 raise InputError(f"the study {self.name} has no trials to take pictures of")
-            simulation_pictures.headless()
 
     def _chosen(self) -> tuple[Path, ...]:
         """The files of the half that is asked for."""

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from sgnlp.base.checked import Checked, NotNegative, Positive
 from sgnlp.perception.synthetic.meshes import FloatArray, Mesh
+from sgnlp.perception.synthetic.truth import raycasting
 
 BoolArray = NDArray[np.bool_]
 
@@ -118,13 +119,9 @@ def image(mesh: Mesh, position: FloatArray, directions: FloatArray) -> Image:
 
     Depths are multiples of the directions. A face is seen from both sides, so an open mesh is a surface.
     """
-    import open3d as o3d
-
-    scene = o3d.t.geometry.RaycastingScene(nthreads=1)
-    tensor = o3d.core.Tensor.from_numpy
-    scene.add_triangles(tensor(mesh.vertices.astype(np.float32)), tensor(mesh.faces.astype(np.uint32)))
     origins = np.broadcast_to(position, directions.shape)
-    hits = scene.cast_rays(tensor(np.concatenate([origins, directions], axis=-1).astype(np.float32)), nthreads=1)
+    rays = np.concatenate([origins, directions], axis=-1).astype(np.float32)
+    hits = raycasting(mesh).cast_rays(rays, nthreads=1)
     depth = hits["t_hit"].numpy().astype(np.float64)
     normal = hits["primitive_normals"].numpy().astype(np.float64)
     with np.errstate(divide="ignore"):

@@ -46,6 +46,12 @@ class Mesh:
         a, b, c = np.moveaxis(self.vertices[self.faces], 1, 0)
         return np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
 
+    @property
+    def flatness(self) -> float:
+        """Third over first singular value of the vertices about their mean: 0 of what lies in a plane."""
+        spread = np.linalg.svd(self.vertices - self.vertices.mean(axis=0), compute_uv=False)  # descending
+        return float(spread[2] / spread[0]) if len(spread) > 2 and spread[0] > 0 else 0.0
+
     def welded(self, gap: float = 0.0) -> "Mesh":
         """The mesh with vertices made one that are equal, or joined by steps of `gap` [m] at most.
 

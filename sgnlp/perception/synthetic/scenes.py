@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike
 from sgnlp.base.checked import POSITIVE, Checked, NotNegative, Positive
 from sgnlp.base.errors import InputError
 from sgnlp.perception import clouds
+from sgnlp.perception.cleaning import UNITS
+from sgnlp.perception.observation import DEFAULTS
 from sgnlp.perception.synthetic.cameras import DepthCamera, miscalibrated, view
 from sgnlp.perception.synthetic.meshes import FloatArray, Mesh
 from sgnlp.perception.synthetic.repair import mended
@@ -19,14 +21,8 @@ POINT_RESOLUTION = 1e-5
 """[m] Of the stored points."""
 MESH_RESOLUTION = 1e-6
 """[m] Of the stored mesh: coarser than the last bits, in which machines differ."""
-MIN_SIZE = 0.01
-"""[m] Shortest longest side of a body: as of a cloud that can be planned for."""
-MIN_FLATNESS = 1e-3
-"""Least ratio of the third to the first singular value of the vertices: as of a cloud."""
-
 FAR = 1e4
 """Largest distance from the origin over the longest side: single precision keeps 1/800 of the side there."""
-UNITS = {"mm": 0.001, "cm": 0.01, "inches": 0.0254}
 
 
 @dataclass(frozen=True)
@@ -86,7 +82,7 @@ def body(vertices: ArrayLike, faces: ArrayLike, scale: float = 1.0) -> tuple[Mes
     mesh = Mesh(mesh.vertices * scale, mesh.faces).welded()
     if len(mesh.faces) == 0:
         raise InputError("has no triangle with three different corners")
-    if _is_flat(mesh):
+    if mesh.flatness < DEFAULTS.min_flatness:
         raise InputError("is flat; a body has some extent in all directions")
     mesh, done = mended(mesh)
     notes += done
@@ -122,15 +118,10 @@ def _triangles(vertices: ArrayLike, faces: ArrayLike) -> Mesh:
     return mesh
 
 
-def _is_flat(mesh: Mesh) -> bool:
-    spread = np.linalg.svd(mesh.vertices - mesh.vertices.mean(axis=0), compute_uv=False)  # (3,) descending
-    return bool(spread[2] < MIN_FLATNESS * spread[0])
-
-
 def _check_sheets(mesh: Mesh) -> None:
     """Refuse a flat part of an open mesh that is wider than all the rest: a floor or a table, not the body."""
     parts = mesh.parts()
-    sheets = [part for part in parts if len(part.vertices) < 3 or _is_flat(part)]
+    sheets = [part for part in parts if part.flatness < DEFAULTS.min_flatness]
     rest = [part.vertices for part in parts if not any(part is sheet for sheet in sheets)]
     if not sheets or not rest:
         return
@@ -191,10 +182,10 @@ def _check_size(mesh: Mesh, ring: Ring, camera: DepthCamera) -> None:
         fits = [f"{unit} (--scale {factor:g})" for unit, factor in UNITS.items() if _fits(sides * factor, widest)]
         hint = f"is it in {' or '.join(fits)}?" if fits else "--scale multiplies all coordinates"
         raise InputError(f"the body is {found}; {hint}")
-    if sides.max() < MIN_SIZE:
+    if sides.max() < DEFAULTS.min_width:
         hint = "is its unit the metre? (--scale multiplies all coordinates)"
-        raise InputError(f"the body is {sides.max():.4g} m wide, less than {MIN_SIZE:g} m; {hint}")
+        raise InputError(f"the body is {sides.max():.4g} m wide, less than {DEFAULTS.min_width:g} m; {hint}")
 
 
 def _fits(sides: FloatArray, widest: float) -> bool:
-    return bool(sides.max() >= MIN_SIZE and np.linalg.norm(sides) <= widest)
+    return bool(sides.max() >= DEFAULTS.min_width and np.linalg.norm(sides) <= widest)

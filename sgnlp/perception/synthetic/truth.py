@@ -3,6 +3,8 @@
 Open3D measures, imported here alone and only when a distance is asked for.
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,13 +18,17 @@ CAST_RAYS = 5
 
 def signed_distance(mesh: Mesh, points: Array) -> Array:
     """Distance (Q,) [m] of points (Q, 3) to a watertight mesh, negative inside; in single precision, to 3 µm."""
+    found = raycasting(mesh).compute_signed_distance(points.astype(np.float32), nthreads=1, nsamples=CAST_RAYS)
+    return np.asarray(found.numpy(), float)
+
+
+def raycasting(mesh: Mesh) -> Any:
+    """Open3D's scene of a mesh, for rays and distances in single precision."""
     import open3d as o3d
 
-    tensor = o3d.core.Tensor.from_numpy
     scene = o3d.t.geometry.RaycastingScene(nthreads=1)
-    scene.add_triangles(tensor(mesh.vertices.astype(np.float32)), tensor(mesh.faces.astype(np.uint32)))
-    queries = tensor(points.astype(np.float32))
-    return scene.compute_signed_distance(queries, nthreads=1, nsamples=CAST_RAYS).numpy().astype(float)
+    scene.add_triangles(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32))
+    return scene
 
 
 def surface_samples(mesh: Mesh, count: int, rng: np.random.Generator) -> tuple[Array, Array]:

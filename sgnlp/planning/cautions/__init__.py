@@ -1,16 +1,18 @@
 """What to be wary of before a plan is trusted: each caution computed from the result, with its threshold and why.
 
-A caution takes the result and returns a sentence, or "" where there is no reason for one.
+A caution returns a sentence, or "" where there is no reason for one.
 """
 
 from collections.abc import Callable
 
+from sgnlp.perception.observation import Observation
 from sgnlp.planning.cautions import clouds, plans
 from sgnlp.planning.cautions.planned import Planned
 
-Caution = Callable[[Planned], str]
+OfCloud = Callable[[Observation, Planned], str]
+OfPlan = Callable[[Planned], str]
 
-OF_CLOUDS: tuple[Caution, ...] = (
+OF_CLOUDS: tuple[OfCloud, ...] = (
     clouds.bodies,
     clouds.plane,
     clouds.camera_frame,
@@ -21,7 +23,7 @@ OF_CLOUDS: tuple[Caution, ...] = (
     clouds.few_points,
     clouds.thin_walls,
 )
-OF_PLANS: tuple[Caution, ...] = (
+OF_PLANS: tuple[OfPlan, ...] = (
     plans.no_feasible,
     plans.stopped,
     plans.unsolved,
@@ -31,19 +33,22 @@ OF_PLANS: tuple[Caution, ...] = (
     plans.torques,
     plans.far_start,
 )
-REMARKS: tuple[Caution, ...] = (clouds.missing, clouds.one_view, clouds.table_assumed, plans.close_runner_up)
+REMARKS: tuple[OfCloud, ...] = (clouds.one_view, clouds.table_assumed)
 """True of so many clouds that only a report says them."""
 
 
 def cautions(result: Planned) -> list[str]:
     """Every sentence there is reason for; of a plan without grasps, those of its cloud."""
-    return _said((*OF_CLOUDS, *(OF_PLANS if len(result.grasps) else ())), result)
+    of_plan = [caution(result) for caution in (OF_PLANS if len(result.grasps) else ())]
+    return [said for said in (*_of_cloud(OF_CLOUDS, result), *of_plan) if said]
 
 
 def remarks(result: Planned) -> list[str]:
     """What a report says before them."""
-    return _said(REMARKS, result)
+    missing = f"The surface and the cautions that need the cloud are left out: {result.missing}."
+    said = (missing if result.missing else "", *_of_cloud(REMARKS, result), plans.close_runner_up(result))
+    return [sentence for sentence in said if sentence]
 
 
-def _said(cautions: tuple[Caution, ...], result: Planned) -> list[str]:
-    return [said for caution in cautions if (said := caution(result))]
+def _of_cloud(cautions: tuple[OfCloud, ...], result: Planned) -> list[str]:
+    return [] if result.cloud is None else [caution(result.cloud, result) for caution in cautions]

@@ -1,4 +1,7 @@
-"""What to be wary of in a cloud: a sentence, or "" where there is no reason for one. One body on a table gives none."""
+"""What to be wary of in a cloud: each function gives a sentence, or "" where there is no reason for one.
+
+One body on a table gives none.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,128 +46,101 @@ OPPOSITE = -0.8
 """Cosine between the normals of the two sides of a wall, at most."""
 
 
-def bodies(result: Planned) -> str:
+def bodies(cloud: Observation, result: Planned) -> str:
     """Several groups of points."""
-    if result.cloud is None:
-        return ""
-    shares = body_shares(sample(result.cloud.points), GAP)
-    count = int((shares >= BODY_SHARE).sum())
-    told = " and ".join(f"{share:.0%}" for share in shares[:count])
-    far = f"more than {1e3 * GAP:.0f} mm apart"
-    return f"The cloud has {count} clusters {far} ({told} of the points): crop it to one object." if count > 1 else ""
+    shares = body_shares(sample(cloud.points), GAP)
+    shares = shares[shares >= BODY_SHARE]
+    told = " and ".join(f"{share:.0%}" for share in shares)
+    far = f"more than {1e3 * GAP:.0f} mm apart ({told} of the points)"
+    return f"The cloud has {len(shares)} clusters {far}: crop it to one object." if len(shares) > 1 else ""
 
 
-def plane(result: Planned) -> str:
+def plane(cloud: Observation, result: Planned) -> str:
     """A table or a wall in the cloud."""
-    if result.cloud is None:
-        return ""
-    found = largest_plane(sample(result.cloud.points), PLANE_THICKNESS, PLANE_MARGIN)
+    found = largest_plane(sample(cloud.points), PLANE_THICKNESS, PLANE_MARGIN)
     if found.inside < PLANE_INSIDE or found.ratio < PLANE_RATIO:
         return ""
-    level = abs(found.normal[2]) > np.cos(np.radians(10)) and found.height < result.cloud.table_height + TABLE_NEAR
-    what = "A plane at the table's height" if level else "A plane, like a wall's or a table's,"
-    wider = f"{found.ratio:.1f} times as wide as what stands on it"
+    level = abs(found.normal[2]) > np.cos(np.radians(10)) and found.height < cloud.table_height + TABLE_NEAR
+    what = "A plane at the table's height" if level else "A plane, such as a wall or a table,"
+    wider = f"and is {found.ratio:.1f} times as wide as what stands on it"
     return f"{what} holds {found.share:.0%} of the points, {wider}: crop the cloud to the object."
 
 
-def camera_frame(result: Planned) -> str:
+def camera_frame(cloud: Observation, result: Planned) -> str:
     """Coordinates in a camera's own frame."""
-    if result.cloud is None or result.cloud.camera_positions is not None:
-        return ""
-    points = sample(result.cloud.points)
+    points = sample(cloud.points)
     middle = points.mean(axis=0)
     distance, width = float(np.linalg.norm(middle)), float(np.ptp(points, axis=0).max())
-    if distance < max(CAMERA_DISTANCE, width):
+    if cloud.camera_positions is not None or distance < max(CAMERA_DISTANCE, width):
         return ""
     angle = np.degrees(np.arccos(abs(middle[2]) / distance))
     if angle > CAMERA_ANGLE or bulge(points) < CAMERA_BULGE:
         return ""
     axis = "z" if middle[2] > 0 else "-z"
-    seen = f"the cloud lies along {axis} and bulges towards the origin, {100 * distance:.0f} cm away"
-    return f"The coordinates may be a camera's own: {seen}. If so, give the camera's --pose."
+    seen = f"the cloud lies {100 * distance:.0f} cm along {axis} and bulges towards the origin"
+    return f"The coordinates may be those of a camera's frame: {seen}. If they are, give the camera's --pose."
 
 
-def underside(result: Planned) -> str:
+def underside(cloud: Observation, result: Planned) -> str:
     """Another axis up, or a camera's frame."""
-    if result.cloud is None or result.cloud.camera_positions is not None or camera_frame(result) or plane(result):
+    if cloud.camera_positions is not None or camera_frame(cloud, result) or plane(cloud, result):
         return ""
-    top, bottom = seen_sides(sample(result.cloud.points))
+    top, bottom = seen_sides(sample(cloud.points))
     if top > TOP_SEEN or bottom < UNDERSIDE_SEEN:
         return ""
-    seen = f"Of the cloud's underside {bottom:.0%} were seen, of its top {top:.0%}"
-    return f"{seen}: unless it is a bowl, another axis may be up (--up), or the frame a camera's (--pose)."
+    seen = f"The cameras saw {bottom:.0%} of the underside and {top:.0%} of the top"
+    return f"{seen}: unless the object is a bowl, another axis is up (--up), or the frame is a camera's (--pose)."
 
 
-def in_the_air(result: Planned) -> str:
+def in_the_air(cloud: Observation, result: Planned) -> str:
     """Nothing near the table."""
-    if result.cloud is None:
-        return ""
-    heights, table = result.cloud.points[:, 2], result.cloud.table_height
-    gap = float(heights.min()) - table
-    span = f"heights run from {heights.min():.3f} to {heights.max():.3f} m"
-    filled = "what is between is planned as solid"
-    said = f"Nothing was seen within {1e3 * TABLE_GAP:.0f} mm of the table at {table:.3f} m, {span}: {filled}."
-    return said if gap > TABLE_GAP else ""
+    gap = float(cloud.points[:, 2].min()) - cloud.table_height
+    begins = f"The cloud begins {1e3 * gap:.0f} mm above the table, more than {1e3 * TABLE_GAP:.0f} mm"
+    return f"{begins}: the plan takes what is between for solid." if gap > TABLE_GAP else ""
 
 
-def thin(result: Planned) -> str:
+def thin(cloud: Observation, result: Planned) -> str:
     """A body that ends below the pads' radius."""
-    if result.cloud is None:
-        return ""
     radius = min(finger.radius for finger in result.hand.fingers)
-    height = float(result.cloud.points[:, 2].max()) - result.cloud.table_height
-    low = f"The body ends {1e3 * height:.0f} mm above the table, below the pads' radius of {1e3 * radius:.0f} mm"
+    height = float(cloud.points[:, 2].max()) - cloud.table_height
+    low = f"The object ends {1e3 * height:.0f} mm above the table, below the pads' radius of {1e3 * radius:.0f} mm"
     return f"{low}: fingertips cannot oppose each other on it." if height < radius else ""
 
 
-def rounded(result: Planned) -> str:
+def rounded(cloud: Observation, result: Planned) -> str:
     """Coordinates on a lattice."""
-    if result.cloud is None:
-        return ""
-    steps = coordinate_steps(result.cloud.points)
-    told = ", ".join(f"{letter} {1e3 * step:.1f} mm" for letter, step in zip("xyz", steps, strict=True) if step > STEP)
-    return f"Coordinates step by more than {1e3 * STEP:.0f} mm ({told}): the shape is known no better." if told else ""
+    steps = zip("xyz", coordinate_steps(cloud.points), strict=True)
+    told = ", ".join(f"{letter} {1e3 * step:.1f} mm" for letter, step in steps if step > STEP)
+    return f"The coordinates step by more than {1e3 * STEP:.0f} mm ({told}): the shape is no finer." if told else ""
 
 
-def missing(result: Planned) -> str:
-    """The cloud is not there any more."""
-    return result.missing and f"Without cloud and surface, and cautions that need them: {result.missing}."
-
-
-def few_points(result: Planned) -> str:
+def few_points(cloud: Observation, result: Planned) -> str:
     """Fewer points than the surface is fitted to."""
-    wanted = int(result.grasps.meta["settings"]["gpis"]["surface_points"])
-    if result.cloud is None or len(result.cloud.points) >= wanted:
-        return ""
-    return f"The cloud has {len(result.cloud.points)} points, fewer than the {wanted} that a surface is fitted to."
+    count, wanted = len(cloud.points), int(result.grasps.meta["settings"]["gpis"]["surface_points"])
+    few = f"The cloud has {count} points, fewer than the {wanted} that a surface is fitted to."
+    return few if count < wanted else ""
 
 
-def one_view(result: Planned) -> str:
+def one_view(cloud: Observation, result: Planned) -> str:
     """Everything was seen from one side."""
-    if result.cloud is None or len(result.cloud.view_names) > 1:
-        return ""
-    far = f"its far side is guessed, on average {UNSEEN_ERROR_MM} mm too near in the calibration study"
-    return f"All points are of one view: if that was one camera, the object may be shallower than planned; {far}."
+    far = f"on average the fit puts that side {UNSEEN_ERROR_MM} mm too near (results/calibration)"
+    one = f"One view has all the points: the far side of the object is guessed, and {far}."
+    return one if len(cloud.view_names) == 1 else ""
 
 
-def table_assumed(result: Planned) -> str:
+def table_assumed(cloud: Observation, result: Planned) -> str:
     """The table's height was not given."""
-    if result.cloud is None or not any(note.startswith("Assumed the table") for note in result.cloud.notes):
-        return ""
-    height = f"{result.cloud.table_height:.4f} m"
-    return (
-        f"The table's height, {height}, is that of the lowest points; a cloud cropped above the table has it too high."
-    )
+    assumed = any(note.startswith("Assumed the table") for note in cloud.notes)
+    lowest = f"The table's height, {cloud.table_height:.4f} m, is that of the lowest points"
+    return f"{lowest}: it is too high if the cloud was cropped above the table." if assumed else ""
 
 
-def thin_walls(result: Planned) -> str:
+def thin_walls(cloud: Observation, result: Planned) -> str:
     """Two sides of a wall are nearer than their noise lets them be told apart."""
-    noise = float(result.grasps.meta["settings"]["gpis"]["surface_noise"])
-    share = 0.0 if result.cloud is None else wall_share(result.cloud, WALL_NOISES * noise)
-    if share < WALL_SHARE:
-        return ""
-    thick = f"{1e3 * WALL_NOISES * noise:.0f} mm, twice the deviation of a measured point"
-    return f"{share:.0%} of the cloud lie on walls thinner than {thick}: the surface fills them, and what they hold."
+    thickness = WALL_NOISES * float(result.grasps.meta["settings"]["gpis"]["surface_noise"])
+    share = wall_share(cloud, thickness)
+    thin = f"{share:.0%} of the points lie on walls thinner than {1e3 * thickness:.0f} mm, twice the noise of a point"
+    return f"{thin}: the fitted surface fills such walls and what they enclose." if share >= WALL_SHARE else ""
 
 
 def wall_share(cloud: Observation, thickness: float) -> float:

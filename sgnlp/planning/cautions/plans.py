@@ -1,4 +1,4 @@
-"""What to be wary of in the grasps of a plan: a sentence from the result, or "" where there is no reason for one."""
+"""What to be wary of in a plan's grasps: each function gives a sentence, or "" where there is no reason for one."""
 
 import numpy as np
 import pinocchio as pin
@@ -46,22 +46,22 @@ def no_feasible(result: Planned) -> str:
     """No start ended feasible, or few did."""
     count, all_ = int(result.grasps.feasible.sum()), int(result.grasps.meta["starts"])
     if count == 0:
-        return "No start ended feasible. What is shown is the least bad of them, and not to be carried out."
-    few = f"Only {count} of {all_} starts ended feasible: the hand hardly gets at this object as it lies."
+        return "No start ended feasible: do not carry out what is shown, the least bad grasp."
+    few = f"Only {count} of {all_} starts ended feasible: the hand hardly reaches this object as it lies."
     return few if count < FEASIBLE_SHARE * all_ else ""
 
 
 def stopped(result: Planned) -> str:
     """Starts that gave nothing."""
     lost = int(result.grasps.meta["starts"]) - len(result.grasps)
-    return f"{lost} of the starts gave nothing: see why in their table." if lost else ""
+    return f"{lost} of the starts gave nothing: the table of starts says why." if lost else ""
 
 
 def unsolved(result: Planned) -> str:
     """The first choice is not an optimum."""
     worst = float(result.grasps.kkt[0].max())
     limit = SOLVED_FACTOR * float(result.grasps.meta["settings"]["solver"]["tolerance"])
-    said = f"The first choice is not an optimum: its KKT residual is {worst:.0e} and should be {limit:.0e} at most."
+    said = f"The first choice is not an optimum: its KKT residual is {worst:.0e}, above {limit:.0e}."
     return "" if worst <= limit else said
 
 
@@ -71,7 +71,7 @@ def unseen_contacts(result: Planned) -> str:
         return ""
     distance = np.asarray(cKDTree(result.cloud.points).query(result.grasps.contact_points[0])[0])
     found = _fingers(result, distance > UNSEEN, 1e3 * distance, "mm")
-    far = f"Contacts more than {1e3 * UNSEEN:.0f} mm from any measured point, where the surface is guessed"
+    far = f"Contacts lie more than {1e3 * UNSEEN:.0f} mm from any measured point, where the surface is guessed"
     return f"{far}: {found}." if found else ""
 
 
@@ -87,9 +87,8 @@ def beside(result: Planned) -> str:
         return ""
     limits = (1e3 * BESIDE, 1e3 * TARGET_BESIDE)
     said = [_fingers(result, mm > limit, mm, "mm") for mm, limit in zip(away, limits, strict=True)]
-    named = ((f"contacts more than {limits[0]:.0f} mm", said[0]), ("targets", said[1]))
-    parts = [f"{what} outside the hull of the cloud and the table below it: {who}" for what, who in named if who]
-    return f"Beside the object: {'; '.join(parts)}." if parts else ""
+    named = ((f"Contacts lie more than {limits[0]:.0f} mm", said[0]), ("Targets lie", said[1]))
+    return " ".join(f"{what} outside the hull of the cloud and its table: {who}." for what, who in named if who)
 
 
 def torques(result: Planned) -> str:
@@ -99,8 +98,8 @@ def torques(result: Planned) -> str:
     g, settings = result.grasps, result.problem.settings
     grasp, _ = recompute(result.problem, g.wrist[0], g.joints[0], g.targets[0], g.gains[0])
     share = torque_share(grasp, settings.contact.metric)
-    remedy = "--limits.effort 1 keeps them within it"
-    return f"A joint torque is {share:.2f} times the hand's effort: {remedy}." if share > 1.0 else ""
+    over = f"A joint torque is {share:.2f} times the hand's effort: --limits.effort 1 keeps it within."
+    return over if share > 1.0 else ""
 
 
 def uncertain_contacts(result: Planned) -> str:
@@ -109,8 +108,8 @@ def uncertain_contacts(result: Planned) -> str:
     factor = CALIBRATION.get(str(result.grasps.meta.get("kernel")), 0.0)  # not of a kernel of one's own
     deviation = factor * result.grasps.contact_deviation[0]
     found = _fingers(result, deviation > radius, 1e3 * deviation, "mm")
-    reason = f"contact may come a fingertip's radius ({1e3 * radius.max():.0f} mm) early or late"
-    return f"Uncertain contacts, by the calibrated deviation {factor:g} σ: {found}; {reason}." if found else ""
+    reason = f"Contacts are uncertain by more than a fingertip's radius of {1e3 * radius.max():.0f} mm"
+    return f"{reason} (calibrated deviation {factor:g} σ): {found}." if found else ""
 
 
 def far_start(result: Planned) -> str:
@@ -123,13 +122,9 @@ def far_start(result: Planned) -> str:
     moved = pin.log6(pin.XYZQUATToSE3(begin).actInv(pin.XYZQUATToSE3(g.wrist[0]))).linear
     travel, bound = float(np.abs(moved).max()), float(meta["settings"]["limits"]["wrist_travel"])
     if travel >= AT_BOUND * bound:
-        return f"The wrist is stopped by the bound of its travel, {bound:g} m: --limits.wrist-travel widens it."
-    far = f"The wrist went {1e2 * travel:.0f} cm from its start, more than half of what it may"
-    return (
-        f"{far}: the start was far away, and others (--starts) may find better."
-        if travel > TRAVEL_SHARE * bound
-        else ""
-    )
+        return f"The bound of its travel, {bound:g} m, stops the wrist: --limits.wrist-travel widens it."
+    far = f"The wrist went {1e2 * travel:.0f} cm from its start, more than half of what it may: try more --starts."
+    return far if travel > TRAVEL_SHARE * bound else ""
 
 
 def close_runner_up(result: Planned) -> str:
@@ -144,7 +139,7 @@ def close_runner_up(result: Planned) -> str:
     if not near or not g.feasible[0]:
         return ""
     apart = 1e3 * np.linalg.norm(g.contacts[near[0]] - g.contacts[0], axis=1).max()
-    unlike = f"though a contact of it lies {apart:.0f} mm elsewhere (energy {g.energy[near[0]] - g.energy[0]:+.1f})"
+    unlike = f"though its contacts lie up to {apart:.0f} mm elsewhere (energy {g.energy[near[0]] - g.energy[0]:+.1f})"
     return f"The choice is close: by {key.replace('_', ' ')}, start {g.start[near[0]]} is as good, {unlike}."
 
 

@@ -1,7 +1,7 @@
 """The content of a report, for any kind of page: sections of sentences, tables and pictures."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from sgnlp.show.plots import Panel
 from sgnlp.show.report import figures
 from sgnlp.show.scene import scene
 from sgnlp.show.scene_parts import Scene
-from sgnlp.show.sheets import Sheet, energy, fingers, joints, simulated, wrist
+from sgnlp.show.sheets import Sheet, checks, energy, fingers, joints, simulated, starts, wrist
 
 SHOWN = 3
 """Grasps that have a picture, best first; what is the same as a better one is passed over."""
@@ -84,7 +84,7 @@ def report(
         Section("Cautions", tuple(said)),
         best(result),
         poses(result),
-        Section("Starts, best first", sheets=(starts(result, summary),)),
+        Section("Starts, best first", sheets=(replace(starts(summary, result.grasps), title=""),)),
         numbers(result, summary),
         *([paths(result)] if result.problem is not None else []),
         *([convergence(courses)] if courses else []),
@@ -150,29 +150,6 @@ def _titled(title: str, rank: int, result: Reopened) -> str:
     return f"Grasp {title}" + (f"; the same from starts {', '.join(others)}" if others else "")
 
 
-def starts(result: Reopened, summary: Mapping[str, Any]) -> Sheet:
-    """A row for each start."""
-    heads = ("start", "feasible", "energy", "margin", "ρ [N m]", "KKT", "iterations", "time [s]", "same as", "violated")
-    rows = [heads]
-    firsts = alike(result.grasps.contacts)
-    for s in summary["starts_table"]:
-        if "failure" in s:
-            rows.append((str(s["start"]), "no", *[""] * 7, s["failure"]))
-            continue
-        first = firsts[s["rank"]]
-        same = "" if first == s["rank"] else f"start {result.grasps.start[first]}"
-        numbers = (f"{s['energy']:.1f}", f"{s['worst_margin']:.3f}", f"{s['stiffness']:.3f}", f"{_worst(s['kkt']):.0e}")
-        ended = (str(s["iterations"]), f"{s['seconds']:.2f}", same, "; ".join(s["violated"]))
-        rows.append((str(s["start"]), "yes" if s["feasible"] else "no", *numbers, *ended))
-    return Sheet("", tuple(rows))
-
-
-def _worst(kkt: Mapping[str, Any]) -> float:
-    """The largest residual; what JSON could not hold, null, was no number."""
-    residuals = (kkt[name] for name in ("dual", "primal", "complementarity"))
-    return max(float("nan") if value is None else value for value in residuals)
-
-
 def numbers(result: Reopened, summary: Mapping[str, Any]) -> Section:
     """Energy and checks of the best grasp, every one recomputed without smoothing."""
     said = "Recomputed from the solver's variables, without any smoothing."
@@ -181,11 +158,7 @@ def numbers(result: Reopened, summary: Mapping[str, Any]) -> Section:
         known = None if result.problem is None else result.problem.weights()
         return Section("Energy of the least bad", (said,), sheets=(energy(result.grasps, 0, known),))
     weights = [term["weight"] for term in found["energy_terms"].values()]
-    checks = [("constraint", "worst at", "value", "demanded", "passed")]
-    for name, check in found["checks"].items():
-        where = check["row"].removeprefix(name).strip("[]")
-        checks.append((name, where, f"{check['value']:.3g}", check["demand"], "yes" if check["passed"] else "no"))
-    both = (energy(result.grasps, 0, weights), Sheet("Margins and checks", tuple(checks)))
+    both = (energy(result.grasps, 0, weights), checks(found["checks"]))
     return Section("Energy and checks of the best", (said,), sheets=both)
 
 
@@ -251,7 +224,7 @@ def assumptions(result: Reopened, summary: Mapping[str, Any]) -> Section:
 def again(summary: Mapping[str, Any], command: str) -> Section:
     """The command that makes the result again, and all that the result depends on."""
     rows = [("", ""), *((name, str(version)) for name, version in summary["versions"].items())]
-    rows += [(name, str(summary[name])) for name in ("kinematics", "surface", "seed", "input_digest")]
+    rows += [(name, str(summary[name])) for name in ("surface", "seed", "input_digest")]
     rows += [(name, str(value)) for name, value in summary["machine"].items()]
     rows += [(f"seconds: {name}" if name != "jobs" else name, f"{s:.3g}") for name, s in summary["seconds"].items()]
     return Section("Make it again", code=command, sheets=(Sheet("Versions and machine", tuple(rows)),))
