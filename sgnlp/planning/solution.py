@@ -1,7 +1,7 @@
 """A planned grasp: everything recomputed from the solver's variables, and whether it is feasible."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,7 +54,7 @@ class Solution:
     joints_contact: Array | None = None  # (n,) [rad] at first contact
     joints_squeeze: Array | None = None  # (n,) [rad] to which position control closes
     c: float = 1.0  # of the pregrasp
-    closing: Closing = Closing()
+    closing: Closing = field(default_factory=Closing)
 
     @property
     def feasible(self) -> bool:

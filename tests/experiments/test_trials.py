@@ -23,7 +23,7 @@ from sgnlp.simulation.judge import judge
 CAN = Path(__file__).parents[2] / "problems" / "can_1.npz"
 LIGHT, HEAVY = LOADS
 PLANNED = Command(
-    *(np.zeros(7), np.zeros(16), np.zeros((2, 3)), np.ones(2)),
+    *(np.zeros(7), np.zeros(16), np.zeros((2, 3)), np.zeros((2, 3)), np.ones(2)),
     forces_eq=np.array([[3.0, 0, 0], [0, 0, 2.0]]),
     rotation_eq=turn(0.0, 0.2, 0.0),
     translation_eq=BEGIN - turn(0.0, 0.2, 0.0) @ GIVEN + [0.007, 0.0, 0.0],
