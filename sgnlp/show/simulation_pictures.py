@@ -18,6 +18,7 @@ from sgnlp.planning import results
 from sgnlp.show.camera import ball, distance
 from sgnlp.show.png import AZIMUTHS
 from sgnlp.simulation import Body, Command, Outcome, SimulationSettings, Trace
+from sgnlp.simulation.displacement import erred
 from sgnlp.simulation.scene import OBJECT, SHOWN, TABLE
 from sgnlp.simulation.world import assembled
 
@@ -109,6 +110,7 @@ def images(
     Raises:
         NoRenderer: there is no OpenGL that works without a screen.
     """
+    command = erred(command, settings)
     try:
         import mujoco
 

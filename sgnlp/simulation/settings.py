@@ -20,9 +20,10 @@ class SimulationSettings(Checked):
 
     section = "simulation"
     mass: Positive = 0.1
-    """of the object [kg], spread evenly over its volume (the paper's objects: 0.02 to 0.5)"""
+    """of the object [kg], spread evenly over its volume (the paper's objects: 0.02 to 0.5). `sgnlp simulate` takes what
+    the plan was made for if it is not given"""
     friction: Positive = 1.0
-    """Coulomb's coefficient of every contact (the paper's release plans with 1)"""
+    """Coulomb's coefficient of every contact (the paper's release plans with 1). The same holds for `sgnlp simulate`"""
     control: Literal["impedance", "position"] = "impedance"
     """a spring from each tip to its target; or one in each joint, where a plan knows the joints that squeeze"""
     place_error: NotNegative = 0.0
