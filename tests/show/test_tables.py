@@ -164,10 +164,10 @@ def closed(**changes: object) -> list[str]:
     """The words on a closing whose readings are made by hand, and whose plan is off by all that it can be off by."""
     planned = Command(
         *(np.zeros(7), np.zeros(3), np.zeros((2, 3)), np.zeros((2, 3)), np.ones(2)),
-        contacts_eq=TOUCHED.tips + [[0.001, 0.0, 0.0], [0.0, 0.0, 0.0024]],
+        contacts_eq=np.add(TOUCHED.tips, [[0.001, 0.0, 0.0], [0.0, 0.0, 0.0024]]),
         forces_eq=np.array([[1.5, 0.0, 0.0], [0.0, 0.0, 0.25]]),
         rotation_eq=np.eye(3),
-        translation_eq=REST.translation + [0.0, 0.003, 0.004],
+        translation_eq=np.add(REST.translation, [0.0, 0.003, 0.004]),
     )
     return report.closing_lines(judge(Played(**changes), planned))
 
