@@ -65,7 +65,17 @@ def grip(hand: Hand, points: np.ndarray, normals: np.ndarray, gains: np.ndarray 
     press[3] = PRESS * -(normals[:3] @ normals[3]).sum()
     wrist, joints = _inverse(hand, centres + OPEN * normals)
     targets = centres - (press / gains)[:, None] * normals
-    return Command(wrist, joints, targets, gains, -press[:, None] * normals, np.eye(3), np.zeros(3))
+    return Command(
+        wrist=wrist,
+        joints=joints,
+        tips=frames(hand, wrist, joints)[0],
+        targets=targets,
+        gains=gains,
+        contacts_eq=centres,
+        forces_eq=-press[:, None] * normals,
+        rotation_eq=np.eye(3),
+        translation_eq=np.zeros(3),
+    )
 
 
 def _inverse(hand: Hand, tips: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -29,9 +29,10 @@ REST = Reading(
     forces=np.zeros((2, 3)),
     touching=np.array([False, False]),
     links={},
+    torques=np.zeros(3),
     slide=np.zeros(2),
 )
-"""Two fingers open, the object at rest on the table."""
+"""Two fingers of three joints open, the object at rest on the table."""
 TOUCHED = replace(REST, touching=np.array([True, True]))
 AIR = 0.05
 """The height of the lift [m]."""

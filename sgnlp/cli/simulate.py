@@ -1,6 +1,6 @@
 """`sgnlp simulate`: whether planned grasps hold, on the true object."""
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -8,7 +8,9 @@ import numpy as np
 import tyro
 from rich.console import Console
 
+from sgnlp.base.checked import POSITIVE
 from sgnlp.base.errors import InputError
+from sgnlp.base.settings import Settings
 from sgnlp.cli import codes
 from sgnlp.cli.flags import made
 from sgnlp.cli.progress import bars
@@ -23,6 +25,16 @@ from sgnlp.simulation import Outcome, SimulationSettings, command, execute, plai
 
 SIMULATION = "simulation.json"
 DEFAULTS = SimulationSettings()
+
+
+@dataclass(frozen=True)
+class Flags(SimulationSettings):
+    """The settings as they are asked for: mass and friction may be left to the plan."""
+
+    mass: Annotated[float | None, POSITIVE] = None  # type: ignore[assignment]
+    """of the object [kg], spread evenly over its volume; that which the plan was made for if not given"""
+    friction: Annotated[float | None, POSITIVE] = None  # type: ignore[assignment]
+    """Coulomb's coefficient of every contact; that which the plan was made for if not given"""
 
 
 @dataclass
@@ -43,8 +55,8 @@ class Simulate:
     """use the mass and friction in the object's file instead of --mass and --friction"""
     pictures: bool = False
     """draw the first grasp at the end of each phase into the folder; needs the extra `view`"""
-    settings: Annotated[SimulationSettings, tyro.conf.arg(name="")] = DEFAULTS
-    """object, joints, contact, phases and judgement"""
+    settings: Annotated[Flags, tyro.conf.arg(name="")] = field(default_factory=Flags)
+    """object, control, joints, contact, phases and judgement"""
 
     def run(self, console: Console) -> int:
         """Read, simulate, write, show."""
@@ -56,7 +68,7 @@ class Simulate:
         source = reopen.source(grasps, self.folder, self.object)
         reading = PLAIN if self.object else reopen.reading(grasps.meta)
         seen = load(source, Reading(scale=self.scale, key=reading.key, up=reading.up, pose=reading.pose))
-        thing, settings, ranks = true_body(seen), self._loaded(seen), self._ranks(grasps)
+        thing, ranks, (settings, load_words) = true_body(seen), self._ranks(grasps), self._loaded(grasps, seen)
         outcomes = []
         with bars(console) as bar:
             simulating = bar("simulating", len(ranks))
@@ -65,6 +77,7 @@ class Simulate:
                 simulating.advance(outcomes)
         folder = self.folder if self.folder.is_dir() else self.folder.parent
         results.write_text(folder / SIMULATION, results.json_text(self._made(source, settings, outcomes)))
+        console.print(load_words, soft_wrap=True)
         _show(console, outcomes, hand, grasps)
         console.print(f"written: {folder / SIMULATION}", soft_wrap=True)
         if self.pictures:
@@ -74,13 +87,22 @@ class Simulate:
             console.print(f"written: {', '.join(str(folder / name) for name in files)}", soft_wrap=True)
         return codes.FEASIBLE if any(outcome.score == 1 for outcome in outcomes) else codes.NONE_FEASIBLE
 
-    def _loaded(self, seen: Observation) -> SimulationSettings:
-        """The settings, with the object's own mass and friction if they are asked for."""
-        if not self.true_load:
-            return self.settings
-        if seen.mass is None or seen.friction is None:
-            raise InputError(f"--true-load needs the mass and friction of '{seen.name}' in its file")
-        return replace(self.settings, mass=seen.mass, friction=seen.friction)
+    def _loaded(self, grasps: Grasps, seen: Observation) -> tuple[SimulationSettings, str]:
+        """The settings with mass and friction as they are given, or else as asked for, and a line that says which."""
+        values, words = asdict(self.settings), []
+        for name, text in {"mass": "{:g} kg", "friction": "friction {:g}"}.items():
+            value, source = getattr(self.settings, name), "as given"
+            if self.true_load:
+                value, source = getattr(seen, name), "the object's own"
+            elif value is None:
+                value, source = getattr(Settings.restored(grasps.meta["settings"]).contact, name), "as planned for"
+            if value is None:
+                raise InputError(f"--true-load needs the mass and friction of '{seen.name}' in its file")
+            if value == 0:
+                value, source = getattr(DEFAULTS, name), f"the plan has no {name}"
+            values[name] = value
+            words.append(f"{text.format(value)} ({source})")
+        return SimulationSettings(**values), f"carried out with {', '.join(words)}"
 
     def _ranks(self, grasps: Grasps) -> range:
         count = int(grasps.feasible.sum()) if self.grasps == "all" else int(self.grasps)
@@ -104,6 +126,9 @@ def _show(console: Console, outcomes: list[Outcome], hand: Hand, grasps: Grasps)
     console.print(tables.simulation_table(outcomes))
     console.print()
     console.print(tables.touches_table(outcomes[0], hand, np.asarray(grasps.forces_eq[0])))
+    console.print()
+    for line in tables.closing_lines(outcomes[0]):
+        console.print(line, soft_wrap=True)
     console.print()
     scores = [outcome.score for outcome in outcomes]
     console.print(f"first choice {scores[0]:g}, mean of {len(scores)} {np.mean(scores):.2f}")

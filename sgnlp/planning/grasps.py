@@ -23,6 +23,8 @@ class Grasps:
 
     wrist: Array  # (G, 7) pose of the hand's root link, x y z [m] qx qy qz qw
     joints: Array  # (G, n) [rad], in the order of joint_names
+    joints_contact: Array  # (G, n) [rad] at first contact, NaN where they are not planned
+    joints_squeeze: Array  # (G, n) [rad] to which position control closes, NaN where they are not planned
     joint_names: NDArray[np.str_]  # (n,)
     finger_names: NDArray[np.str_]  # (m,)
     tips_pregrasp: Array  # (G, m, 3) [m], tip centres a_i at the pregrasp
@@ -30,6 +32,7 @@ class Grasps:
     contact_points: Array  # (G, m, 3) [m], p_i - r n_i on the surface
     targets: Array  # (G, m, 3) [m], o_i
     gains: Array  # (G, m) [N/m], k_i
+    c: Array  # (G, m), c_i of the pregrasp
     normals: Array  # (G, m, 3), outward, at first contact
     rotation_eq: Array  # (G, 3, 3), motion of the object to the equilibrium
     translation_eq: Array  # (G, 3) [m]
@@ -83,6 +86,7 @@ def _no_rows(hand: Hand, T: int) -> dict[str, Any]:
     points = ("tips_pregrasp", "contacts", "contact_points", "targets", "normals", "contacts_eq")
     numbers = (
         "gains",
+        "c",
         "margins_initial",
         "margins_equilibrium",
         "contact_distance",
@@ -91,11 +95,16 @@ def _no_rows(hand: Hand, T: int) -> dict[str, Any]:
         "pad_height",
     )
     shapes = dict.fromkeys((*points, "forces_initial", "forces_eq"), (m, 3)) | dict.fromkeys(numbers, (m,))
-    shapes |= {"wrist": (7,), "joints": (n,), "rotation_eq": (3, 3), "translation_eq": (3,), "kkt": (3,)}
+    shapes |= dict.fromkeys(("joints", "joints_contact", "joints_squeeze"), (n,))
+    shapes |= {"wrist": (7,), "rotation_eq": (3, 3), "translation_eq": (3,), "kkt": (3,)}
     shapes |= {"object_clearance": (S - m,), "table_clearance": (S - m,), "energy_terms": (T,)}
     kinds = {"feasible": bool, "violated": str, "status": str, "iterations": np.int64, "start": np.int64}
     names = [f.name for f in fields(Grasps) if f.name not in (*PER_HAND, "meta")]
     return {name: np.zeros((0, *shapes.get(name, ())), kinds.get(name, float)) for name in names}
+
+
+def _known(joints: Array | None, like: Array) -> Array:
+    return np.full(like.shape, np.nan) if joints is None else joints
 
 
 def _row(s: Solution) -> dict[str, Any]:
@@ -103,11 +112,14 @@ def _row(s: Solution) -> dict[str, Any]:
     return {
         "wrist": s.wrist,
         "joints": s.joints,
+        "joints_contact": _known(s.joints_contact, s.joints),
+        "joints_squeeze": _known(s.joints_squeeze, s.joints),
         "tips_pregrasp": g.tips,
         "contacts": g.contacts,
         "contact_points": s.contact_points,
         "targets": g.targets,
         "gains": g.gains,
+        "c": np.full(len(g.gains), s.c),
         "normals": g.normals,
         "rotation_eq": g.rotation,
         "translation_eq": s.translation_eq,

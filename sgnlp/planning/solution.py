@@ -1,11 +1,12 @@
 """A planned grasp: everything recomputed from the solver's variables, and whether it is feasible."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.base.settings import Closing
 from sgnlp.hand.hand import Hand
 from sgnlp.planning.kkt import SOLVED_FACTOR, Kkt
 from sgnlp.planning.planner import History, Iterate
@@ -50,6 +51,10 @@ class Solution:
     history: History
     violations: tuple[Violation, ...]  # rows of the solver's last program that are not met, worst first
     hand: Hand | None = None  # that of the plan
+    joints_contact: Array | None = None  # (n,) [rad] at first contact
+    joints_squeeze: Array | None = None  # (n,) [rad] to which position control closes
+    c: float = 1.0  # of the pregrasp
+    closing: Closing = field(default_factory=Closing)
 
     @property
     def feasible(self) -> bool:
@@ -98,6 +103,8 @@ def solution(problem: Problem, start: Start, iterate: Iterate, units: Array) -> 
         seconds=iterate.seconds,
         history=iterate.history,
         violations=iterate.violations,
+        c=problem.settings.contact.c,
+        closing=problem.settings.closing,
     )
 
 

@@ -11,6 +11,7 @@ from sgnlp.show.scene import TARGET, links, springs
 from sgnlp.show.scene_parts import FORCES, NEWTON, OBJECT, SPRINGS, Label, Scene, Shape, Stage, View, named
 from sgnlp.show.scene_shapes import axes, segments, solid, table
 from sgnlp.simulation import Body, Command, Outcome, SimulationSettings, Trace
+from sgnlp.simulation.displacement import erred
 from sgnlp.simulation.world import World, world
 
 Array = NDArray[np.float64]
@@ -25,6 +26,7 @@ RISE = 0
 
 def scene(command: Command, body: Body, hand: Hand, settings: SimulationSettings, outcome: Outcome, name: str) -> Scene:
     """A view for the end of each of the `PHASES` that was reached, with load and ending."""
+    command = erred(command, settings)
     where, trace = world(body, hand, command, settings), outcome.trace
     thing = Shape(OBJECT, body.vertices, body.faces, palette.SKY, opacity=OBJECT_OPACITY, moves=True)
     middle = (body.vertices.min(axis=0) + body.vertices.max(axis=0)) / 2

@@ -16,7 +16,7 @@ from sgnlp.planning.solution import Solution
 from sgnlp.show import sheets
 from sgnlp.show.columns import Table
 from sgnlp.show.sheets import Sheet
-from sgnlp.simulation import Outcome, plain
+from sgnlp.simulation import Closing, Outcome, plain
 
 Array = NDArray[np.float64]
 
@@ -84,7 +84,7 @@ def simulation_table(outcomes: Sequence[Outcome]) -> Table:
 
 def touches_table(outcome: Outcome, hand: Hand, planned: Array) -> Table:
     """One row a finger of a simulated grasp; planned forces (m, 3) [N]."""
-    columns = ("touches", "force", "planned", "off by", "slip closing", "lifting")
+    columns = ("touches", "tip off", "force", "planned", "off by", "slip closing", "lifting")
     table = Table("First grasp, by finger; s, N and mm", "finger", *columns)
     closing, lift = outcome.closing, outcome.lift
     if closing is None:
@@ -94,6 +94,7 @@ def touches_table(outcome: Outcome, hand: Hand, planned: Array) -> Table:
         table.add_row(
             finger.name,
             "never" if np.isnan(time) else f"{time:.2f}",
+            "" if closing.tip_errors is None else f"{1e3 * closing.tip_errors[i]:.1f}",
             f"{np.linalg.norm(closing.forces[i]):.2f}",
             f"{np.linalg.norm(planned[i]):.2f}",
             f"{np.linalg.norm(closing.forces[i] - planned[i]):.2f}",
@@ -101,6 +102,39 @@ def touches_table(outcome: Outcome, hand: Hand, planned: Array) -> Table:
             f"{1e3 * lift.slip[i]:.1f}" if lift else "",
         )
     return table
+
+
+def closing_lines(outcome: Outcome) -> list[str]:
+    """What a closing did beside the plan, in words; nothing where the hand did not close."""
+    closing = outcome.closing
+    if closing is None:
+        return []
+    touched = f"Links touched the object while closing: {', '.join(closing.links)}."
+    held = f"At the equilibrium links press by {closing.links_force:.1f} N: {', '.join(closing.links_equilibrium)}."
+    pads = f"{closing.pads_loaded} of {len(closing.forces)} pads carry load."
+    spread = f"The last pad touched {closing.contact_spread:.2f} s after the first."
+    torque, limited = closing.torque_share, closing.joints_limited
+    return [
+        touched if closing.links else "No link but the pads touched the object while closing.",
+        *([held] if closing.links_equilibrium else []),
+        f"{pads} {'A pad never touched.' if np.isnan(closing.contact_spread) else spread}",
+        *_off_plan(closing),
+        f"Joint torques reach {100 * torque:.0f} % of the effort at the equilibrium, "
+        f"{100 * closing.torque_share_closing:.0f} % while closing; at the limit are {100 * limited:.0f} % of the "
+        f"joints, while closing {100 * closing.joints_limited_closing:.0f} %.",
+    ]
+
+
+def _off_plan(closing: Closing) -> list[str]:
+    """How far the equilibrium is off the plan, as far as there is one."""
+    found = []
+    if closing.shift_error is not None and closing.turn_error is not None:
+        found.append(f"object {1e3 * closing.shift_error:.1f} mm and {np.degrees(closing.turn_error):.1f}°")
+    if closing.tip_errors is not None:
+        found.append(f"tips {1e3 * closing.tip_errors.min():.1f} to {1e3 * closing.tip_errors.max():.1f} mm")
+    if closing.force_errors is not None:
+        found.append(f"forces {closing.force_errors.min():.1f} to {closing.force_errors.max():.1f} N")
+    return [f"Off the planned equilibrium: {'; '.join(found)}."] if found else []
 
 
 def hands_table(hands: list[Hand]) -> Table:

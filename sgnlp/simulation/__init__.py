@@ -9,6 +9,7 @@ score. It knows the rooms before it, `hand` and `planning` among them.
 
 from sgnlp.simulation.body import Body, body, true_body
 from sgnlp.simulation.command import Command, command
+from sgnlp.simulation.displacement import displaced
 from sgnlp.simulation.judge import execute
 from sgnlp.simulation.outcome import Closing, Lift, Outcome, Pregrasp, Push, Trace, plain
 from sgnlp.simulation.settings import SimulationSettings
@@ -26,6 +27,7 @@ __all__ = [
     "Trace",
     "body",
     "command",
+    "displaced",
     "execute",
     "plain",
     "simulate",

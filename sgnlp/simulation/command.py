@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.base.settings import Settings
 from sgnlp.planning.grasps import Grasps
 
 Array = NDArray[np.float64]
@@ -16,8 +17,15 @@ class Command:
 
     wrist: Array  # (7,) pose of the root link, x y z [m] qx qy qz qw
     joints: Array  # (n,) [rad], in the order of the hand's joint_names
-    targets: Array  # (m, 3) [m]
+    tips: Array  # (m, 3) [m] at the pregrasp, where the setpoints of the springs begin
+    targets: Array  # (m, 3) [m], where they end
     gains: Array  # (m,) [N/m]
+    joints_contact: Array | None = None  # (n,) [rad] at first contact; None: nothing holds the posture
+    joints_squeeze: Array | None = None  # (n,) [rad] to which position control closes
+    closing_seconds: float = 1.0  # [s] from the first setpoints to the last; 0: they jump
+    posture: float = 0.0  # [N m/rad] of the spring to `joints_contact` in what the tips leave free
+    joint_stiffness: float = 1.0  # [N m/rad] under position control
+    contacts_eq: Array | None = None  # (m, 3) [m] tips at the equilibrium
     forces_eq: Array | None = None  # (m, 3) [N], on the object
     rotation_eq: Array | None = None  # (3, 3), motion of the object to the equilibrium
     translation_eq: Array | None = None  # (3,) [m]
@@ -25,5 +33,19 @@ class Command:
 
 def command(grasps: Grasps, index: int = 0) -> Command:
     """The grasp of that rank, 0 the best."""
-    names = ("wrist", "joints", "targets", "gains", "forces_eq", "rotation_eq", "translation_eq")
-    return Command(**{name: getattr(grasps, name)[index] for name in names})
+    closing = Settings.restored(grasps.meta["settings"]).closing
+    names = ("wrist", "joints", "targets", "gains", "contacts_eq", "forces_eq", "rotation_eq", "translation_eq")
+    return Command(
+        **{name: getattr(grasps, name)[index] for name in names},
+        tips=grasps.tips_pregrasp[index],
+        joints_contact=known(grasps.joints_contact[index]),
+        joints_squeeze=known(grasps.joints_squeeze[index]),
+        closing_seconds=closing.seconds,
+        posture=closing.posture,
+        joint_stiffness=closing.joint_stiffness,
+    )
+
+
+def known(joints: Array | None) -> Array | None:
+    """Joints that were planned; None where they are missing or NaN."""
+    return joints if joints is not None and np.isfinite(joints).all() else None

@@ -8,9 +8,11 @@ from numpy.typing import NDArray
 from sgnlp.base.errors import InputError
 from sgnlp.hand.hand import Hand
 from sgnlp.simulation.body import Body
+from sgnlp.simulation.closing import closed
 from sgnlp.simulation.command import Command
-from sgnlp.simulation.outcome import Closing, Ending, Lift, Outcome, Pregrasp, Push
-from sgnlp.simulation.protocol import AXES, Experiment, angle, calm
+from sgnlp.simulation.displacement import erred
+from sgnlp.simulation.outcome import Ending, Lift, Outcome, Pregrasp, Push
+from sgnlp.simulation.protocol import AXES, Experiment, angle
 from sgnlp.simulation.recorder import Reading
 from sgnlp.simulation.settings import SAMPLE, SimulationSettings
 
@@ -24,13 +26,16 @@ DEFAULTS = SimulationSettings()
 
 
 def execute(command: Command, body: Body, hand: Hand, settings: SimulationSettings = DEFAULTS) -> Outcome:
-    """Carry out a grasp on the true object and judge it. The same arguments give the same bits.
+    """Carry out a grasp on the true object and judge it, the hand off by the settings' errors of its place.
+
+    The same arguments give the same bits.
 
     Raises:
         InputError: the command does not fit the hand, or MuJoCo refuses the hand or the mesh.
     """
     _check(command, hand)
-    return judge(Experiment(command, body, hand, settings), command)
+    told = erred(command, settings)
+    return judge(Experiment(told, body, hand, settings), told)
 
 
 def judge(experiment: Experiment, command: Command) -> Outcome:
@@ -44,7 +49,7 @@ def judge(experiment: Experiment, command: Command) -> Outcome:
     clear = bool(lifting) and lifting[-1].finite and _clearance(lifting[-1:], body) > CLEAR
     holding = _finite(experiment.hold()) if clear else []
     readings = [*closing, *lifting, *holding]
-    closed = _closing(experiment, closing, command) if closing[-1].finite else None
+    shut = closed(experiment, closing, command) if closing[-1].finite else None
     lifted = _lift(experiment, lifting, holding, body) if lifting and readings[-1].finite else None
     ending = _ending(lifted, bool(holding), settings, settings.rise)
     strict = _ending(lifted, bool(holding), settings, settings.rise_strict)
@@ -55,7 +60,7 @@ def judge(experiment: Experiment, command: Command) -> Outcome:
         score=_score(ending),
         score_strict=_score(strict),
         pregrasp=pregrasp,
-        closing=closed,
+        closing=shut,
         lift=lifted,
         pushes=pushes,
         trace=experiment.recorder.trace(),
@@ -64,7 +69,10 @@ def judge(experiment: Experiment, command: Command) -> Outcome:
 
 def _check(command: Command, hand: Hand) -> None:
     n, m = len(hand.joint_names), len(hand.fingers)
-    for name, shape in {"wrist": (7,), "joints": (n,), "targets": (m, 3), "gains": (m,)}.items():
+    shapes = {"wrist": (7,), "joints": (n,), "tips": (m, 3), "targets": (m, 3), "gains": (m,)}
+    planned = {"joints_contact": (n,), "joints_squeeze": (n,)}
+    shapes |= {name: shape for name, shape in planned.items() if getattr(command, name) is not None}
+    for name, shape in shapes.items():
         array = np.asarray(getattr(command, name))
         if array.shape != shape or not np.isfinite(array).all():
             raise InputError(f"the grasp's {name} must be {shape} finite numbers for '{hand.name}', not {array.shape}")
@@ -94,38 +102,6 @@ def _pregrasp(experiment: Experiment) -> Pregrasp:
         penetration_self=depth["self"],
         settle_shift=float(np.linalg.norm(begin.centre - experiment.given)),
         settle_turn=angle(begin.rotation),
-    )
-
-
-def _closing(experiment: Experiment, readings: list[Reading], command: Command) -> Closing:
-    begin, end, given = experiment.begin, readings[-1], experiment.given
-    touching = np.array([reading.touching for reading in [begin, *readings]])
-    times = np.array([reading.time for reading in [begin, *readings]])
-    touched = touching.any(axis=0)
-    first = np.argmax(touching, axis=0)
-    last = int(first.max()) if touched.all() else len(readings)  # never all: up to the end
-    until = [begin, *readings][last]
-    links = {name for reading in [begin, *readings][:last] for name in reading.links}
-    shift_error = turn_error = None
-    if command.rotation_eq is not None and command.translation_eq is not None:
-        planned = command.rotation_eq @ given + command.translation_eq
-        shift_error = float(np.linalg.norm(end.centre - planned))
-        turn_error = angle(end.rotation @ command.rotation_eq.T)
-    return Closing(
-        seconds=end.time,
-        rested=calm(readings),
-        contact_times=np.where(touched, times[first], np.nan),
-        premature=tuple(sorted(links)),
-        shift_before_contact=float(np.linalg.norm(until.centre - begin.centre)),
-        turn_before_contact=angle(until.rotation @ begin.rotation.T),
-        rotation=end.rotation,
-        translation=end.translation,
-        shift_error=shift_error,
-        turn_error=turn_error,
-        forces=end.forces,
-        force_errors=None if command.forces_eq is None else np.linalg.norm(end.forces - command.forces_eq, axis=1),
-        links_force=sum(end.links.values()),
-        slip=np.sum([reading.slide for reading in readings], axis=0),
     )
 
 

@@ -24,12 +24,15 @@ class Pregrasp:
 
 @dataclass(frozen=True, eq=False)
 class Closing:
-    """The springs act until rest; m fingers."""
+    """The setpoints go to their ends and the springs act until rest, the equilibrium; m fingers."""
 
-    seconds: float  # [s] until rest
+    seconds: float  # [s] from the pregrasp until rest
     rested: bool
     """hand and object were at rest before the longest wait was over"""
     contact_times: Array  # (m,) [s] first touch of each pad, NaN if it never touches
+    contact_spread: float  # [s] from the first pad's touch to the last one's, NaN if a pad never touches
+    links: tuple[str, ...]
+    """links other than pads that touch the object at any time"""
     premature: tuple[str, ...]
     """links other than pads that touch the object before the last pad does"""
     shift_before_contact: float  # [m] motion of the object's centre of mass until the last pad touches
@@ -40,8 +43,17 @@ class Closing:
     turn_error: float | None  # [rad]
     forces: Array  # (m, 3) [N] of the pads on the object at the equilibrium
     force_errors: Array | None  # (m,) [N] |force - planned force|
+    tip_errors: Array | None  # (m,) [m] of the tips off their planned places at the equilibrium
+    pads_loaded: int
+    """how many pads press by 0.05 N or more at the equilibrium"""
+    links_equilibrium: tuple[str, ...]
+    """links other than pads that touch the object at the equilibrium"""
     links_force: float  # [N] normal forces of links other than pads at the equilibrium, summed
     slip: Array  # (m,) [m] path of each pad over the surface, rolling excluded
+    torque_share: float  # largest torque of the actuators of a joint over its effort at the equilibrium
+    torque_share_closing: float  # the same at any time of closing
+    joints_limited: float  # share of the joints that are at their effort at the equilibrium
+    joints_limited_closing: float  # the same at any time of closing
 
 
 @dataclass(frozen=True, eq=False)

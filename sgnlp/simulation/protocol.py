@@ -3,6 +3,7 @@
 import copy
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,9 @@ from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.simulation.body import Body
 from sgnlp.simulation.command import Command
 from sgnlp.simulation.contacts import penetrations
+from sgnlp.simulation.controller import Controller
 from sgnlp.simulation.recorder import Reading, Recorder
-from sgnlp.simulation.settings import SAMPLE, SimulationSettings
+from sgnlp.simulation.settings import ROUNDING, SAMPLE, SimulationSettings
 from sgnlp.simulation.world import ARM_INERTIA, object_alone, world
 
 Array = NDArray[np.float64]
@@ -35,12 +37,15 @@ class Experiment:
     def __init__(self, command: Command, body: Body, hand: Hand, settings: SimulationSettings) -> None:
         import mujoco
 
-        self.settings, self.body = settings, body
+        self.settings, self.body, self.ramp = settings, body, command.closing_seconds
         self.world = world(body, hand, command, settings)
         self.data: Any = mujoco.MjData(self.world.model)
         self.data.qpos[self.world.object_place] = settled(body, settings)
         self.data.qpos[self.world.hand_joints] = hand.moving_angles(command.joints)
-        self.data.ctrl[:] = command.targets.ravel()  # the springs' frame is the world's until the lift
+        self.controller = Controller(self.world, command, settings)
+        mujoco.mj_fwdPosition(self.world.model, self.data)
+        self.controller.sense(self.data)
+        self.controller.act(self.data)
         mujoco.mj_forward(self.world.model, self.data)
         hull = body.vertices[ConvexHull(body.vertices).vertices]
         self.recorder = Recorder(self.world, hull)
@@ -52,11 +57,14 @@ class Experiment:
         return penetrations(self.world, self.data)
 
     def close(self) -> Iterator[Reading]:
-        """The springs act until hand and object are at rest, or for the longest wait."""
+        """The setpoints ramp to their ends, then the springs act until all is at rest, or for the longest wait."""
         last: list[Reading] = []
-        for _ in range(round(self.settings.close_time / SAMPLE)):
-            last = [*last[-REST_SAMPLES:], self._advance("close")]
-            yield last[-1]
+        ramp = ceil(self.ramp / SAMPLE - ROUNDING)
+        for i in range(1, ramp + round(self.settings.close_time / SAMPLE) + 1):
+            reading = self._advance("close")
+            yield reading
+            if i >= ramp:  # before, a hand that stands still is no hand at rest
+                last = [*last[-REST_SAMPLES:], reading]
             if calm(last):
                 return
 
@@ -90,7 +98,12 @@ class Experiment:
     def _advance(self, phase: str) -> Reading:
         import mujoco
 
-        mujoco.mj_step(self.world.model, self.data, round(SAMPLE / self.settings.timestep))
+        for step in range(round(SAMPLE / self.settings.timestep)):
+            mujoco.mj_step1(self.world.model, self.data)
+            if step == 0:
+                self.controller.sense(self.data)
+            self.controller.act(self.data)
+            mujoco.mj_step2(self.world.model, self.data)
         return self.recorder.read(self.data, phase)
 
 

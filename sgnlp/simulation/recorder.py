@@ -31,6 +31,7 @@ class Reading:
     forces: Array  # (m, 3) [N] of the pads on the object
     touching: NDArray[np.bool_]  # (m,) pads
     links: dict[str, float]  # normal force [N] on the object of each link that touches it without its pad
+    torques: Array  # (j,) |torque| of the actuators over the hand's effort, of every joint that moves
     slide: Array  # (m,) [m] of each pad over the surface since the reading before
 
     @property
@@ -69,6 +70,7 @@ class Recorder:
             forces=forces,
             touching=np.isin(np.arange(len(pads)), list(firmest)),
             links=links,
+            torques=np.abs(data.qfrc_actuator[self.world.hand_speeds]) / self.world.effort,
             slide=slide,
         )
         self._keep(data, reading)

@@ -1,9 +1,9 @@
 """Numbers of the simulation, each with its source."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
-from sgnlp.base.checked import Checked, NotNegative, Positive
+from sgnlp.base.checked import NOT_NEGATIVE, Checked, NotNegative, Positive
 from sgnlp.base.errors import InputError
 
 SAMPLE = 0.01
@@ -16,13 +16,22 @@ STEPS_OF_A_CONTACT = 2
 
 @dataclass(frozen=True)
 class SimulationSettings(Checked):
-    """The object, the hand's joints, contact, the phases and the judgement."""
+    """The object, the hand's control and joints, contact, the phases and the judgement."""
 
     section = "simulation"
     mass: Positive = 0.1
-    """of the object [kg], spread evenly over its volume (the paper's objects: 0.02 to 0.5)"""
+    """of the object [kg], spread evenly over its volume (the paper's objects: 0.02 to 0.5). `sgnlp simulate` takes what
+    the plan was made for if it is not given"""
     friction: Positive = 1.0
-    """Coulomb's coefficient of every contact (the paper's release plans with 1)"""
+    """Coulomb's coefficient of every contact (the paper's release plans with 1). The same holds for `sgnlp simulate`"""
+    control: Literal["impedance", "position"] = "impedance"
+    """a spring from each tip to its target; or one in each joint, where a plan knows the joints that squeeze"""
+    place_error: NotNegative = 0.0
+    """how far the hand stands from its planned place, in a random horizontal direction [m]"""
+    turn_error: Annotated[float, (0.0, 180.0)] = 0.0
+    """by how much it is turned about the middle of its pregrasp tips, about a random axis [deg]"""
+    seed: Annotated[int, NOT_NEGATIVE] = 0
+    """of these two directions"""
     timestep: Annotated[float, (1e-05, 0.002)] = 0.002
     """[s]; halved, every outcome stays (tests/test_simulation.py). MuJoCo needs at most half of contact_time"""
     joint_damping: NotNegative = 0.1
@@ -45,7 +54,7 @@ class SimulationSettings(Checked):
     piece_error: Positive = 0.002
     """concavity allowed to a convex piece of the object [m]"""
     close_time: Positive = 6.0
-    """longest wait for rest after closing [s]"""
+    """longest wait for rest after the setpoints have come to their end [s]"""
     lift_height: Positive = 0.05
     """[m] (paper: 5 cm)"""
     lift_time: Positive = 1.0

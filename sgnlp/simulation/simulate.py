@@ -4,7 +4,7 @@ from sgnlp.base.errors import InputError
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.solution import Solution
 from sgnlp.simulation.body import true_body
-from sgnlp.simulation.command import Command
+from sgnlp.simulation.command import Command, known
 from sgnlp.simulation.judge import DEFAULTS, execute
 from sgnlp.simulation.outcome import Outcome
 from sgnlp.simulation.settings import SimulationSettings
@@ -18,12 +18,19 @@ def simulate(solution: Solution | None, observation: Observation, settings: Simu
     """
     if solution is None or solution.hand is None:
         raise InputError("there is no grasp to simulate: plan.best is None where no start is feasible")
-    g = solution.grasp
+    g, closing = solution.grasp, solution.closing
     told = Command(
         wrist=solution.wrist,
         joints=solution.joints,
+        tips=g.tips,
         targets=g.targets,
         gains=g.gains,
+        joints_contact=known(solution.joints_contact),
+        joints_squeeze=known(solution.joints_squeeze),
+        closing_seconds=closing.seconds,
+        posture=closing.posture,
+        joint_stiffness=closing.joint_stiffness,
+        contacts_eq=g.contacts_eq,
         forces_eq=g.forces_eq,
         rotation_eq=g.rotation,
         translation_eq=solution.translation_eq,

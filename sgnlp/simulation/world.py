@@ -10,9 +10,11 @@ from sgnlp.hand.hand import Hand
 from sgnlp.simulation.articulation import articulation, centre, pad
 from sgnlp.simulation.body import Body
 from sgnlp.simulation.command import Command
-from sgnlp.simulation.controller import add_springs
+from sgnlp.simulation.controller import add_joint_springs, add_motors, add_springs, holds_posture
 from sgnlp.simulation.scene import HIDDEN, OBJECT, TABLE, add_object, compiled, empty_scene
 from sgnlp.simulation.settings import SimulationSettings
+
+Array = NDArray[np.float64]
 
 HAND = "hand/"
 """Prefix of all that comes from the URDF."""
@@ -23,10 +25,13 @@ ARM_INERTIA = 1e6
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """A compiled model, and where in it hand and object are; n joints, m fingers."""
+    """A compiled model, and where in it hand and object are; n joints of their own, j that move, m fingers."""
 
     model: Any  # mujoco.MjModel
-    hand_joints: NDArray[np.intp]  # places in qpos, in the order of the hand's moving_joints
+    hand_joints: NDArray[np.intp]  # (j,) places in qpos, in the order of the hand's moving_joints
+    hand_speeds: NDArray[np.intp]  # (j,) places in qvel
+    coupling: Array  # (j, n) how far each joint moves for each of their own: those that mimic follow
+    effort: Array  # (j,) [N m]
     lift: int  # place of the wrist's rise in qvel
     tips: NDArray[np.intp]  # (m,) sites
     pad_links: NDArray[np.intp]  # (m,) bodies
@@ -39,6 +44,20 @@ class World:
     def link(self, geom: int) -> str:
         """Name of the hand's link that a geom belongs to."""
         return str(self.model.body(self.model.geom_bodyid[geom]).name.removeprefix(HAND))
+
+    def own_joints(self, data: Any) -> tuple[Array, Array]:
+        """Angles and speeds (n,) of the hand's own joints [rad], [rad/s]."""
+        n = self.coupling.shape[1]
+        return data.qpos[self.hand_joints[:n]], data.qvel[self.hand_speeds[:n]]
+
+    def tip_jacobian(self, data: Any) -> Array:
+        """Motion (3m, n) [m/rad] of the tips in the world for that of the hand's own joints."""
+        import mujoco
+
+        J = np.empty((len(self.tips), 3, self.model.nv))
+        for rows, tip in zip(J, self.tips, strict=True):
+            mujoco.mj_jacSite(self.model, data, rows, None, tip)
+        return np.asarray(J.reshape(-1, self.model.nv)[:, self.hand_speeds] @ self.coupling)
 
 
 def object_alone(body: Body, settings: SimulationSettings) -> Any:
@@ -67,19 +86,39 @@ def assembled(body: Body, hand: Hand, command: Command, settings: SimulationSett
     x, y, z, qx, qy, qz, qw = command.wrist
     frame = wrist.add_frame(pos=[x, y, z], quat=[qw, qx, qy, qz])
     spec.attach(articulation(hand, settings), frame=frame, prefix=HAND)
-    add_springs(spec, {finger.name: HAND + centre(finger.name) for finger in hand.fingers}, WRIST, command.gains)
+    _actuate(spec, hand, command, settings)
     add_object(spec, body, settings)
     return spec
+
+
+def _actuate(spec: Any, hand: Hand, command: Command, settings: SimulationSettings) -> None:
+    """The actuators that the controller tells what to do, those of the setpoints first."""
+    joints = [HAND + name for name in hand.joint_names]
+    if settings.control == "position":
+        add_joint_springs(spec, joints, command.joint_stiffness, settings)
+        return
+    add_springs(spec, {finger.name: HAND + centre(finger.name) for finger in hand.fingers}, WRIST, command.gains)
+    if holds_posture(command, settings):
+        add_motors(spec, joints)
+
+
+def _coupling(hand: Hand) -> Array:
+    own = np.eye(len(hand.joint_names))
+    return np.array([*own, *(mimic.multiplier * own[mimic.joint] for mimic in hand.mimics)])
 
 
 def _located(model: Any, hand: Hand) -> World:
     """The places of all that is read and written."""
     pads = [model.geom(HAND + pad(finger.name)).id for finger in hand.fingers]
     thing, table, place = model.body(OBJECT).id, model.geom(TABLE).id, int(model.joint(OBJECT).qposadr[0])
+    joints = [model.joint(HAND + name) for name in hand.moving_joints]
     solid = [g for g in range(model.ngeom) if model.geom_contype[g]]
     return World(
         model=model,
-        hand_joints=np.array([int(model.joint(HAND + name).qposadr[0]) for name in hand.moving_joints]),
+        hand_joints=np.array([int(joint.qposadr[0]) for joint in joints]),
+        hand_speeds=np.array([int(joint.dofadr[0]) for joint in joints]),
+        coupling=_coupling(hand),
+        effort=np.array([model.jnt_actfrcrange[joint.id, 1] for joint in joints]),
         lift=int(model.joint(LIFT).dofadr[0]),
         tips=np.array([model.site(HAND + centre(finger.name)).id for finger in hand.fingers]),
         pad_links=model.geom_bodyid[pads],

@@ -46,7 +46,10 @@ def folder(tmp_path, monkeypatch) -> Path:
         if f.name not in (*PER_HAND, "meta")
     }
     for name, value in asdict(good).items():
-        values[name] = np.array([getattr(row, name) for row in rows]) if value is not None else values[name]
+        if name in values and value is not None:
+            values[name] = np.array([getattr(row, name) for row in rows])
+    values["tips_pregrasp"] = np.array([row.tips for row in rows])
+    values["joints_contact"] = values["joints_squeeze"] = np.full((2, 16), np.nan)
     values["feasible"] = np.array([True, False])
     results.save(replace(empty, **values), {}, tmp_path / "made")
     return tmp_path / "made"
@@ -63,7 +66,12 @@ def test_the_best_grasp_is_carried_out_shown_and_written(folder, capfd):
     assert "first choice 1, mean of 1 1.00" in shown
     made = json.loads((folder / "simulation.json").read_text(encoding="utf-8"))
     assert made["object"] == "box.npz"
-    assert made["settings"]["mass"] == 0.1
+    assert (made["settings"]["mass"], made["settings"]["friction"]) == (0.3, 0.6)
+    assert "carried out with 0.3 kg (as planned for), friction 0.6 (as planned for)" in shown
+    assert "No link but the pads touched the object while closing." in shown
+    assert "4 of 4 pads carry load." in shown
+    closing = made["grasps"][0]["closing"]
+    assert (closing["links"], closing["pads_loaded"], len(closing["tip_errors"])) == ([], 4, 4)
     (grasp,) = made["grasps"]
     assert (grasp["rank"], grasp["ending"], grasp["score"], len(grasp["pushes"])) == (0, "held", 1.0, 6)
     assert "trace" not in grasp
@@ -78,6 +86,33 @@ def test_the_objects_own_mass_and_friction_are_taken_if_asked_for(folder, capfd)
     assert simulate(*arguments) == 1
     settings = json.loads((folder / "simulation.json").read_text(encoding="utf-8"))["settings"]
     assert (settings["mass"], settings["friction"]) == (5.0, 0.4)
+
+
+def test_mass_and_friction_that_are_given_are_taken_before_the_plans(folder, capfd):
+    assert simulate(folder, "--mass", 0.1, "--push-weights", 0) == 0
+    assert "carried out with 0.1 kg (as given), friction 0.6 (as planned for)" in capfd.readouterr().out
+    settings = json.loads((folder / "simulation.json").read_text(encoding="utf-8"))["settings"]
+    assert (settings["mass"], settings["friction"]) == (0.1, 0.6)
+
+
+def test_a_plan_without_gravity_is_carried_out_with_the_mass_of_the_default(folder, capfd):
+    grasps = results.load_grasps(folder)
+    grasps.meta["settings"]["contact"] |= {"mass": 0.0, "friction": 0.8}
+    results.save(grasps, {}, folder)
+    assert simulate(folder, "--push-weights", 0) == 0
+    said = "carried out with 0.1 kg (the plan has no mass), friction 0.8 (as planned for)"
+    assert said in capfd.readouterr().out
+
+
+def test_the_hand_can_stand_beside_its_place(folder):
+    assert simulate(folder, "--push-weights", 0, "--place-error", 0.04, "--seed", 3) == 1
+    made = json.loads((folder / "simulation.json").read_text(encoding="utf-8"))
+    assert (made["settings"]["place_error"], made["settings"]["seed"]) == (0.04, 3)
+
+
+def test_position_control_asks_for_a_plan_of_the_joints(folder, capfd):
+    assert simulate(folder, "--control", "position") == 3
+    assert "--simulation.control position needs a plan of the joints at contact" in capfd.readouterr().err
 
 
 def test_as_many_grasps_as_asked_for_are_carried_out(folder, capfd):

@@ -23,7 +23,8 @@ from sgnlp.simulation.judge import judge
 CAN = Path(__file__).parents[2] / "problems" / "can_1.npz"
 LIGHT, HEAVY = LOADS
 PLANNED = Command(
-    *(np.zeros(7), np.zeros(16), np.zeros((2, 3)), np.ones(2)),
+    *(np.zeros(7), np.zeros(16), np.zeros((2, 3)), np.zeros((2, 3)), np.ones(2)),
+    contacts_eq=np.add(TOUCHED.tips, [[0.002, 0.0, 0.0], [0.0, 0.004, 0.0]]),
     forces_eq=np.array([[3.0, 0, 0], [0, 0, 2.0]]),
     rotation_eq=turn(0.0, 0.2, 0.0),
     translation_eq=BEGIN - turn(0.0, 0.2, 0.0) @ GIVEN + [0.007, 0.0, 0.0],
@@ -47,8 +48,12 @@ def setup(**changes: object) -> Setup:
 
 def test_a_trial_has_a_row_for_each_load_and_the_same_plan_in_both(monkeypatch):
     sagged = moved(TOUCHED, 0.0, 0.0, 0.03)
+    early = replace(TOUCHED, links={"palm": 4.0, "link": 1.0})
+    end = replace(TOUCHED, links={"palm": 2.5}, torques=np.array([1.0, 0.2, 0.6, 0.1]))
+    pressing = replace(end, forces=np.array([[0.1, 0.0, 0.0], [0.0, 0.0, 0.0]]))
+    close = [replace(early, torques=np.zeros(4)), pressing]
     outcomes = {
-        LOADS[LIGHT]: judge(Played(hold=[replace(sagged, slide=[2e-3, 1e-3])], depth={"table": 4e-3}), PLANNED),
+        LOADS[LIGHT]: judge(Played(close, hold=[replace(sagged, slide=[2e-3, 1e-3])], depth={"table": 4e-3}), PLANNED),
         LOADS[HEAVY]: judge(Played(depth={"object": 6e-3}), PLANNED),
     }
     monkeypatch.setattr(trials, "carried_out", lambda plan, load: outcomes[load])
@@ -58,10 +63,12 @@ def test_a_trial_has_a_row_for_each_load_and_the_same_plan_in_both(monkeypatch):
     assert light.margin == heavy.margin > -1e-3
     assert (light.ending, light.score, light.strict, light.premature) == ("held", 1.0, 0.0, False)
     assert (light.penetration_mm, light.rise_mm, light.slip_mm) == pytest.approx((4.0, 30.0, 2.0))
-    assert (light.shift_error_mm, light.force_error) == pytest.approx((7.0, 2.5))
+    assert (light.shift_error_mm, light.force_error) == pytest.approx((7.0, 2.45))
+    assert (light.links_touched, light.links_force, light.pads_loaded) == (2, 2.5, 1)
+    assert (light.torque, light.joints_limited, light.tip_error_mm) == pytest.approx((1.0, 0.25, 3.0))
     assert light.turn_error_deg == pytest.approx(math.degrees(0.2))
     assert (heavy.ending, heavy.score, heavy.penetration_mm) == ("in collision", 0.0, 6.0)
-    assert math.isnan(heavy.rise_mm)
+    assert all(math.isnan(value) for value in (heavy.rise_mm, heavy.links_touched, heavy.tip_error_mm, heavy.torque))
 
 
 def test_a_plan_without_a_feasible_grasp_is_a_trial_that_failed():
@@ -104,6 +111,25 @@ def test_every_ending_is_counted_once():
     rows = [row(ending=ending, load=load) for ending in trials.ENDINGS for load in LOADS]
     for line in trials.endings(frame(rows)):
         assert [line[ending] for ending in trials.ENDINGS] == ["1"] * len(trials.ENDINGS)
+
+
+def test_what_happened_beside_the_plan_is_told_of_the_hands_that_closed():
+    clean = {"links_touched": 0, "links_force": 0.0, "pads_loaded": 4, "torque": 0.5, "joints_limited": 0.0}
+    near = {"shift_error_mm": 5.0, "turn_error_deg": 5.0}
+    rows = [row(**clean | near), row(**clean | near | {"turn_error_deg": 5.1}), row(ending=NO_PLAN)]
+    rows += [row(**near | {"links_touched": 2, "links_force": 3.0, "pads_loaded": 3, "joints_limited": 0.25})]
+    rows += [row(**clean | {"shift_error_mm": 5.1, "turn_error_deg": 0.0, "links_touched": 1, "links_force": 8.0})]
+    rows = [replace(each, object=f"can_{i}") for i, each in enumerate(rows)]
+    (line,) = trials.fidelity(frame(rows))
+    assert line["hands"] == "4"
+    assert line["a link touches [%]"].startswith("50 (")
+    assert (line["links [N]"], line["pads"], line["joints at the limit [%]"]) == ("1.5", "3.75", "6")
+    assert line["within 5 mm, 5° [%]"].startswith("50 (")
+    assert line in comparison.tables(frame(rows))["What was planned and what happened, where the hand closed"]
+
+
+def test_rows_of_before_it_was_measured_have_no_such_table():
+    assert not any("what happened" in title for title in comparison.tables(frame([row()])))
 
 
 def test_the_comparison_stands_beside_the_papers_numbers():

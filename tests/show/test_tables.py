@@ -3,8 +3,10 @@
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from plans import small_plan
+from readings import REST, TOUCHED, Played
 from rich.console import Console
 from scenes import hand
 
@@ -14,6 +16,8 @@ from sgnlp.planning.pool import Failure
 from sgnlp.planning.violations import Violation
 from sgnlp.show import tables as report
 from sgnlp.show.columns import Table
+from sgnlp.simulation import Command
+from sgnlp.simulation.judge import judge
 
 
 def tables(plan: Plan) -> list[Table]:
@@ -160,3 +164,38 @@ def test_the_legend_has_a_line_for_every_term_and_constraint(plan):
     for part in (*plan.problem.terms, *plan.problem.constraints):
         assert any(line.split()[0] == part.name and part.about in line for line in told), part.name
         assert part.about
+
+
+def closed(**changes: object) -> list[str]:
+    """The words on a closing whose readings are made by hand, and whose plan is off by all that it can be off by."""
+    planned = Command(
+        *(np.zeros(7), np.zeros(3), np.zeros((2, 3)), np.zeros((2, 3)), np.ones(2)),
+        contacts_eq=np.add(TOUCHED.tips, [[0.001, 0.0, 0.0], [0.0, 0.0, 0.0024]]),
+        forces_eq=np.array([[1.5, 0.0, 0.0], [0.0, 0.0, 0.25]]),
+        rotation_eq=np.eye(3),
+        translation_eq=np.add(REST.translation, [0.0, 0.003, 0.004]),
+    )
+    return report.closing_lines(judge(Played(**changes), planned))
+
+
+def test_a_closing_is_told_in_words():
+    one = replace(REST, touching=np.array([True, False]), links={"palm": 2.0}, torques=np.array([1.0, 0.4, 1.0]))
+    end = replace(TOUCHED, links={"link_3": 1.25}, torques=np.array([0.5, 1.0, 0.0]))
+    assert closed(close=[one, one, replace(end, forces=np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 0.0]]))]) == [
+        "Links touched the object while closing: link_3, palm.",
+        "At the equilibrium links press by 1.2 N: link_3.",
+        "1 of 2 pads carry load. The last pad touched 0.02 s after the first.",
+        "Off the planned equilibrium: object 5.0 mm and 0.0°; tips 1.0 to 2.4 mm; forces 0.2 to 1.8 N.",
+        "Joint torques reach 100 % of the effort at the equilibrium, 100 % while closing; at the limit are 33 % of the "
+        "joints, while closing 100 %.",
+    ]
+
+
+def test_a_clean_closing_says_so_and_a_pad_that_never_touches_is_told():
+    first, pads, *_ = closed(close=[replace(REST, touching=np.array([True, False]))])
+    assert first == "No link but the pads touched the object while closing."
+    assert pads == "0 of 2 pads carry load. A pad never touched."
+
+
+def test_of_a_hand_that_did_not_close_nothing_is_told():
+    assert closed(depth={"object": 0.1}) == []

@@ -13,7 +13,7 @@ from sgnlp.simulation.judge import execute, judge
 from sgnlp.simulation.protocol import AXES
 from sgnlp.simulation.settings import SAMPLE
 
-UNPLANNED = Command(np.zeros(7), np.zeros(16), np.zeros((2, 3)), np.ones(2))
+UNPLANNED = Command(np.zeros(7), np.zeros(16), np.zeros((2, 3)), np.zeros((2, 3)), np.ones(2))
 """A command of which nothing is expected."""
 TURN = turn(0.3, -0.2, 0.4)
 PLANNED = replace(UNPLANNED, forces_eq=np.array([[3.0, 0, 0], [0, 0, 2.0]]), rotation_eq=TURN, translation_eq=BEGIN)
@@ -166,6 +166,52 @@ def test_forces_motion_and_time_are_those_of_the_last_reading_and_slip_is_summed
     assert (closing.links_force, closing.seconds) == (1.75, 2 * SAMPLE)
 
 
+def test_links_that_touch_at_any_time_of_closing_are_named_and_those_of_the_equilibrium_apart():
+    early, late = replace(ONE, links={"c": 1.0, "a": 0.1}), replace(TOUCHED, links={"b": 2.0})
+    closing = judged(close=[early, TOUCHED, late, replace(TOUCHED, links={"d": 0.5})]).closing
+    assert (closing.links, closing.links_equilibrium) == (("a", "b", "c", "d"), ("d",))
+    assert judged(begin=replace(REST, links={"a": 1.0}), close=[TOUCHED]).closing.links == ("a",)
+    free = judged(close=[early, TOUCHED]).closing
+    assert (free.links, free.links_equilibrium, free.links_force) == (("a", "c"), (), 0.0)
+
+
+def test_pads_that_press_at_the_equilibrium_carry_load_from_a_twentieth_of_a_newton_on():
+    def loaded(*forces):
+        return judged(close=[TOUCHED, replace(TOUCHED, forces=np.array(forces))]).closing.pads_loaded
+
+    assert loaded([0.03, 0.0, -0.041], [0.0, 0.04, 0.0]) == 1  # 0.051 N and 0.04 N
+    assert loaded([0.0, 0.0, 0.0], [0.0, 0.049, 0.0]) == 0
+    assert loaded([0.0, 0.0, 3.0], [-3.0, 0.0, 0.0]) == 2
+    assert judged(close=[replace(TOUCHED, forces=np.ones((2, 3))), TOUCHED]).closing.pads_loaded == 0
+
+
+def test_the_spread_of_the_touches_is_from_the_first_pads_to_the_last_ones_and_unknown_where_one_never_touches():
+    assert judged(close=[REST, ONE, ONE, ONE, TOUCHED]).closing.contact_spread == pytest.approx(3 * SAMPLE)
+    assert judged(close=[REST, TOUCHED]).closing.contact_spread == 0.0
+    assert np.isnan(judged(close=[ONE, ONE]).closing.contact_spread)
+
+
+def test_tip_errors_are_those_of_the_last_reading_from_the_planned_tips_at_the_equilibrium():
+    planned = replace(UNPLANNED, contacts_eq=np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]))
+    end = replace(TOUCHED, tips=np.add(planned.contacts_eq, [[0.003, 0.0, -0.004], [0.0, 0.002, 0.0]]))
+    np.testing.assert_allclose(judged(planned, close=[TOUCHED, end]).closing.tip_errors, [0.005, 0.002])
+    assert judged(close=[TOUCHED, end]).closing.tip_errors is None
+
+
+def test_torques_are_told_at_the_equilibrium_and_over_the_whole_closing_and_joints_at_their_limit_counted():
+    def pulled(*torques):
+        return replace(TOUCHED, torques=np.array(torques))
+
+    begin = replace(REST, torques=np.ones(3))  # before anything moves
+    closing = judged(begin=begin, close=[pulled(1.0, 0.2, 0.0), pulled(0.3, 0.9989, 0.2), REST, pulled(0.5, 0.9, 1.0)])
+    assert (closing.closing.torque_share, closing.closing.torque_share_closing) == (1.0, 1.0)
+    assert closing.closing.joints_limited == pytest.approx(1 / 3)
+    assert closing.closing.joints_limited_closing == pytest.approx(2 / 3)
+    calmer = judged(begin=begin, close=[pulled(0.2, 0.8, 0.1), pulled(0.5, 0.3, 0.1)]).closing
+    assert (calmer.torque_share, calmer.torque_share_closing) == (0.5, 0.8)
+    assert (calmer.joints_limited, calmer.joints_limited_closing) == (0.0, 0.0)
+
+
 def test_it_has_rested_if_the_last_readings_are_calm():
     assert judged(close=[TOUCHED] * 30).closing.rested
     assert not judged(close=[TOUCHED] * 5).closing.rested
@@ -261,10 +307,13 @@ def test_the_shift_of_a_push_is_the_farthest_from_where_the_hold_ended():
     [
         ({"gains": np.array([100.0, 100.0, 0.0, 100.0])}, "gains must be positive"),
         ({"targets": np.full((4, 3), np.nan)}, r"targets must be \(4, 3\) finite numbers"),
+        ({"tips": np.zeros((3, 3))}, r"tips must be \(4, 3\) finite numbers"),
+        ({"joints_contact": np.zeros(4)}, r"joints_contact must be \(16,\) finite numbers"),
+        ({"joints_squeeze": np.full(16, np.nan)}, r"joints_squeeze must be \(16,\) finite numbers"),
         ({"wrist": np.zeros(6)}, r"wrist must be \(7,\) finite numbers"),
     ],
 )
 def test_a_command_that_is_none_is_refused(changes, message):
-    command = Command(np.eye(7)[6], np.zeros(16), np.zeros((4, 3)), np.full(4, 100.0))
+    command = Command(np.eye(7)[6], np.zeros(16), np.zeros((4, 3)), np.zeros((4, 3)), np.full(4, 100.0))
     with pytest.raises(InputError, match=message):
         execute(replace(command, **changes), None, load_hand("allegro_left"))

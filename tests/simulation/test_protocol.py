@@ -33,9 +33,10 @@ class State:
         return copy.deepcopy(self)
 
 
-def played(readings=None, **settings) -> Experiment:
+def played(readings=None, ramp=0.0, **settings) -> Experiment:
     """An experiment without a simulator: its samples are the readings, or what was applied when they were taken."""
     run = Experiment.__new__(Experiment)
+    run.ramp = ramp
     run.settings = replace(SETTINGS, **settings)
     run.data, run.forgotten = State(), 0
     run.world = SimpleNamespace(lift=2, object_body=1)
@@ -115,6 +116,14 @@ def test_closing_ends_when_all_has_been_slow_for_long_enough_and_not_at_a_slow_s
 
 def test_closing_ends_with_the_longest_wait_where_nothing_rests():
     assert len(list(played(walk(200, 0.1, 0.0, 0.0), close_time=1.5).close())) == 150
+
+
+@pytest.mark.parametrize("ramp", [0.0, 0.3, 0.305])
+def test_rest_is_looked_for_from_the_end_of_the_ramp_on_and_the_longest_wait_counts_from_there(ramp):
+    ramped = int(np.ceil(100 * ramp))
+    still = [REST] * 1000  # a hand whose setpoints have not yet pulled it away
+    assert len(list(played(still, ramp=ramp).close())) == max(ramped, 1) + QUIET
+    assert len(list(played(walk(999, 0.1, 0.0, 0.0), ramp=ramp, close_time=1.5).close())) == ramped + 150
 
 
 @pytest.mark.parametrize("a", [0.0, 1e-9, 1e-4, 0.3, 2.0, np.pi])

@@ -96,6 +96,8 @@ class Scene:
             tips=np.array([1, 0]),
             table=TABLE,
             link={LINK: "palm"}.get,
+            hand_speeds=np.array([3, 1]),
+            effort=np.array([0.7, 0.35]),
         )
         self.recorder = Recorder(world, HULL)
         self.touches = []
@@ -108,6 +110,7 @@ class Scene:
             site_xpos=np.array([[1.0, 0, 0], [2.0, 0, 0]]),
             qpos=np.zeros(3),
             xquat=np.tile([1.0, 0, 0, 0], (5, 1)),
+            qfrc_actuator=np.array([0.0, -0.35, 0.0, 0.07]),
         )
 
     def read(self, *touching, phase="close"):
@@ -141,6 +144,10 @@ def test_tips_centre_and_motion_are_those_of_their_sites_and_bodies(scene):
     np.testing.assert_allclose(reading.rotation, turn(0.0, 0.3, 0.0))
     np.testing.assert_array_equal(reading.translation, [0.1, 0.2, 0.4])
     assert (reading.time, reading.phase) == (0.7, "hold")
+
+
+def test_torques_are_told_as_shares_of_the_effort_of_each_joint_whichever_way_they_turn(scene):
+    np.testing.assert_allclose(scene.read().torques, [0.1, 1.0])
 
 
 def test_the_lowest_point_is_that_of_the_hull_where_the_object_is(scene):

@@ -1,6 +1,16 @@
 """Studies: experiments over many objects, one file each, by the name that `sgnlp study` knows them by."""
 
-from sgnlp.experiments.studies import calibration, comparison, convergence, defaults, pose, timing, triangles, weights
+from sgnlp.experiments.studies import (
+    calibration,
+    comparison,
+    convergence,
+    defaults,
+    errors,
+    pose,
+    timing,
+    triangles,
+    weights,
+)
 from sgnlp.experiments.studies.study import Study
 
 STUDIES: dict[str, Study] = {
@@ -8,6 +18,7 @@ STUDIES: dict[str, Study] = {
     "comparison": comparison.STUDY,
     "convergence": convergence.STUDY,
     "defaults": defaults.STUDY,
+    "errors": errors.STUDY,
     "pose": pose.STUDY,
     "time": timing.STUDY,
     "triangles": triangles.STUDY,

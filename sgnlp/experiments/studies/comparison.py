@@ -64,6 +64,7 @@ def tables(rows: Frame) -> Tables:
         **{f"Success in percent, {name}; in brackets the paper's real trials": by_object(rows, name) for name in LOADS},
         "Success in percent with 95 % intervals": trials.totals(rows),
         "The same held-out problems under two conditions, p of the exact sign test": trials.paired(rows, PAIRS),
+        "What was planned and what happened, where the hand closed": trials.fidelity(rows),
         "Endings": trials.endings(rows),
         "Failures of the held-out half from 1, 2 and 3 views": failures(rows),
     }

@@ -30,6 +30,8 @@ LOADS = {
 """Mass and friction of the true object: easy, and hard."""
 NO_PLAN = "no feasible grasp"
 HALVES = {"tuning": "tuning", "held_out": "held out"}  # the halves of a problem set, in files and in tables
+NEAR_MM, NEAR_DEG = 5.0, 5.0
+"""An object that is no further off its planned equilibrium is where it was planned to be."""
 ENDINGS = ("held", "slid", "dropped", "not lifted", "in collision", "diverged", NO_PLAN)
 
 
@@ -70,6 +72,12 @@ class Row:
     turn_error_deg: float = nan
     force_error: float = nan
     premature: bool = False
+    tip_error_mm: float = nan
+    links_touched: float = nan  # how many while closing
+    links_force: float = nan
+    pads_loaded: float = nan
+    torque: float = nan  # the largest over the joint's effort, at the equilibrium
+    joints_limited: float = nan  # share of the joints at their effort, at the equilibrium
 
 
 def cases(
@@ -97,13 +105,18 @@ def _views(whole: Observation, condition: Condition) -> list[str]:
 
 def facts(conditions: Sequence[Condition], setup: Setup) -> dict[str, Any]:
     """What trials depend on: also the loads, and by their names the settings that each condition changes."""
+    return setup.facts() | changes(conditions, setup) | loads()
+
+
+def changes(conditions: Sequence[Condition], setup: Setup) -> dict[str, Any]:
+    """The settings that each condition changes, by their names."""
     plain = flat(asdict(setup.settings))
-    changes = {
+    changed = {
         condition.name: {"cameras": condition.cameras}
         | {key: value for key, value in flat(asdict(condition.change(setup.settings))).items() if value != plain[key]}
         for condition in conditions
     }
-    return setup.facts() | {"conditions": changes} | loads()
+    return {"conditions": changed}
 
 
 def loads() -> dict[str, Any]:
@@ -123,20 +136,26 @@ def flat(settings: dict[str, Any]) -> dict[str, Any]:
 def trial(setup: Setup, file: Path, condition: Condition, views: list[str]) -> list[Row]:
     """The rows of one object in one condition, one for each load."""
     plan = planned(setup, file, condition, views)
-    row = Row(
-        object=plan.observation.name,
-        condition=condition.name,
-        load="",
-        half=plan.observation.half,
-        views=" ".join(views),
-        starts=len(plan.solutions) + len(plan.failures),
-        feasible=feasible(plan),
-        seconds=plan.seconds["solve"],
-    )
+    row = Row(load="", **told(plan, condition, views))
     if plan.best is None:
         return [replace(row, load=name) for name in LOADS]
-    row = replace(row, margin=plan.best.worst_margin, gap_mm=1e3 * float(abs(plan.best.grasp.gaps).max()))
-    return [replace(row, load=name, **_simulated(carried_out(plan, settings))) for name, settings in LOADS.items()]
+    return [replace(row, load=name, **measured(carried_out(plan, settings))) for name, settings in LOADS.items()]
+
+
+def told(plan: Plan, condition: Condition, views: list[str]) -> dict[str, Any]:
+    """What a row says of the plan."""
+    found = {
+        "object": plan.observation.name,
+        "condition": condition.name,
+        "half": plan.observation.half,
+        "views": " ".join(views),
+        "starts": len(plan.solutions) + len(plan.failures),
+        "feasible": feasible(plan),
+        "seconds": plan.seconds["solve"],
+    }
+    if plan.best is not None:
+        found |= {"margin": plan.best.worst_margin, "gap_mm": 1e3 * float(abs(plan.best.grasp.gaps).max())}
+    return found
 
 
 def planned(setup: Setup, file: Path, condition: Condition, views: list[str] | None) -> Plan:
@@ -156,13 +175,18 @@ def carried_out(plan: Plan, load_settings: SimulationSettings) -> Outcome:
     return execute(command(plan.arrays()), true_body(plan.observation), plan.problem.hand, load_settings)
 
 
-def _simulated(outcome: Outcome) -> dict[str, Any]:
+def measured(outcome: Outcome) -> dict[str, Any]:
     """What a row says of the simulation; what was not reached stays unknown."""
     before, closing, lift = outcome.pregrasp, outcome.closing, outcome.lift
     found: dict[str, Any] = {"ending": outcome.ending, "score": outcome.score, "strict": outcome.score_strict}
     found["penetration_mm"] = 1e3 * max(before.penetration_object, before.penetration_table)
     if closing:
         found |= {"shift_mm": 1e3 * closing.shift_before_contact, "premature": bool(closing.premature)}
+        found |= {"links_touched": len(closing.links), "links_force": closing.links_force}
+        found |= {"pads_loaded": closing.pads_loaded, "torque": closing.torque_share}
+        found["joints_limited"] = closing.joints_limited
+    if closing and closing.tip_errors is not None:
+        found["tip_error_mm"] = 1e3 * float(closing.tip_errors.mean())
     if closing and closing.shift_error is not None and closing.force_errors is not None:
         found["shift_error_mm"] = 1e3 * closing.shift_error
         found["turn_error_deg"] = DEGREE * float(closing.turn_error or 0.0)
@@ -193,6 +217,26 @@ def totals(rows: Frame) -> Lines:
             | {"all": success(found), "strict": percent(found.strict.sum(), len(found))}
             | {"free of collision": percent((planned.ending != "in collision").sum(), len(planned))}
             | {"feasible starts": f"{found.feasible.sum()} of {found.starts.sum()}"}
+        )
+    return lines
+
+
+def fidelity(rows: Frame) -> Lines:
+    """A line for each condition and load: how much of what was planned happens, over the hands that closed.
+
+    How often a link other than a pad touches the object, the median force of such links and the mean number of loaded
+    pads at the equilibrium, how often the object is near its planned place there, and the mean share of joints at
+    their effort. Rows of before these were measured do not count.
+    """
+    lines = []
+    for names, found in groups(rows[rows.links_touched.notna()]):
+        near = (found.shift_error_mm <= NEAR_MM) & (found.turn_error_deg <= NEAR_DEG)
+        lines.append(
+            names
+            | {"hands": str(len(found)), "a link touches [%]": percent((found.links_touched > 0).sum(), len(found))}
+            | {"links [N]": f"{found.links_force.median():.1f}", "pads": f"{found.pads_loaded.mean():.2f}"}
+            | {f"within {NEAR_MM:g} mm, {NEAR_DEG:g}° [%]": percent(near.sum(), len(found))}
+            | {"joints at the limit [%]": f"{100 * found.joints_limited.mean():.0f}"}
         )
     return lines
 

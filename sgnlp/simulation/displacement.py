@@ -1,0 +1,49 @@
+"""A hand that does not stand where the plan has it: an error of the calibration between camera and robot."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from sgnlp.simulation.command import Command
+from sgnlp.simulation.settings import SimulationSettings
+
+Array = NDArray[np.float64]
+
+
+def displaced(command: Command, shift: Array, turn: Array) -> Command:
+    """The command with the hand and all that moves with it turned by `turn` (3, 3), then shifted by `shift` (3,) [m].
+
+    Wrist, tips, targets and the tips and forces expected at the equilibrium move together. The turn is about the
+    middle of the pregrasp tips: about the wrist, a decimetre away, it would shift the tips too. The object is where it
+    was, so what is expected of its motion stays.
+    """
+    middle = command.tips.mean(axis=0)
+
+    def moved(points: Array) -> Array:
+        return (points - middle) @ turn.T + middle + shift
+
+    pose = turn @ pin.XYZQUATToSE3(np.asarray(command.wrist, float)).rotation
+    wrist = pin.SE3ToXYZQUAT(pin.SE3(pose, moved(command.wrist[:3])))
+    return replace(
+        command,
+        wrist=wrist,
+        tips=moved(command.tips),
+        targets=moved(command.targets),
+        contacts_eq=None if command.contacts_eq is None else moved(command.contacts_eq),
+        forces_eq=None if command.forces_eq is None else command.forces_eq @ turn.T,
+    )
+
+
+def erred(command: Command, settings: SimulationSettings) -> Command:
+    """The command as a hand carries it out whose place is wrong by the settings' errors, in directions of their seed.
+
+    The shift is horizontal, the axis of the turn any. The directions do not depend on how large the errors are.
+    """
+    if not (settings.place_error or settings.turn_error):
+        return command
+    rng = np.random.default_rng(settings.seed)
+    heading, axis = rng.uniform(0.0, 2 * np.pi), rng.normal(size=3)
+    shift = settings.place_error * np.array([np.cos(heading), np.sin(heading), 0.0])
+    return displaced(command, shift, pin.exp3(np.radians(settings.turn_error) * axis / np.linalg.norm(axis)))
