@@ -65,12 +65,15 @@ def link_origins(hand: Hand, wrist: Array, joints: Array) -> Array:
     return _places(hand, wrist, joints, [(link, np.zeros(3)) for link in link_names(hand)])
 
 
+def tips(hand: Hand, wrist: Array, joints: Array) -> Array:
+    """World positions of the tips (m, 3) [m] by numeric Pinocchio."""
+    return _places(hand, wrist, joints, [(finger.frame, finger.offset) for finger in hand.fingers])
+
+
 def frames(hand: Hand, wrist: Array, joints: Array) -> tuple[Array, Array]:
     """World positions of the tips (m, 3) and spheres (S, 3) [m] by numeric Pinocchio, independent of `forward`."""
-    tips = [(finger.frame, finger.offset) for finger in hand.fingers]
     spheres = [(sphere.link, sphere.centre) for sphere in hand.spheres]
-    places = _places(hand, wrist, joints, tips + spheres)
-    return places[: len(tips)], places[len(tips) :]
+    return tips(hand, wrist, joints), _places(hand, wrist, joints, spheres)
 
 
 def _places(hand: Hand, wrist: Array, joints: Array, points: list[tuple[str, Array]]) -> Array:
@@ -84,17 +87,22 @@ def _places(hand: Hand, wrist: Array, joints: Array, points: list[tuple[str, Arr
 
 def joint_torques(hand: Hand, wrist: Array, joints: Array, forces: Array) -> Array:
     """Joint torques Σ J_iᵀ f_i (n,) [N m] that exert forces (m, 3) [N] at the tips, by numeric Pinocchio."""
+    return np.asarray(tip_jacobian(hand, wrist, joints).T @ np.ravel(forces))
+
+
+def tip_jacobian(hand: Hand, wrist: Array, joints: Array) -> Array:
+    """∂a/∂joints (3 m, n) of the tips, row by row in the world, by numeric Pinocchio."""
     data = hand.model.createData()
     pin.computeJointJacobians(hand.model, data, np.asarray(joints, float))
     pin.updateFramePlacements(hand.model, data)
     rotation = pin.XYZQUATToSE3(np.asarray(wrist, float)).rotation
-    torques = np.zeros(len(hand.joint_names))
-    for finger, force in zip(hand.fingers, forces, strict=True):
+    rows = []
+    for finger in hand.fingers:
         frame = _frame(hand, finger.frame)
         J = pin.getFrameJacobian(hand.model, data, frame, pin.LOCAL_WORLD_ALIGNED)  # of the frame's origin
-        f, arm = rotation.T @ force, data.oMf[frame].rotation @ finger.offset
-        torques += J.T @ np.concatenate([f, np.cross(arm, f)])
-    return torques
+        arm = data.oMf[frame].rotation @ finger.offset
+        rows.append(rotation @ (J[:3] - pin.skew(arm) @ J[3:]))
+    return np.vstack(rows)
 
 
 def _frame(hand: Hand, link: str) -> int:
