@@ -7,21 +7,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.base.presets import ROBUST
-from sgnlp.base.settings import GpisSettings, Settings
+from sgnlp.base.settings import Closing, GpisSettings, Settings
 from sgnlp.hand.hand import Hand, load_hand
-from sgnlp.hand.kinematics import integrate
 from sgnlp.perception.observation import Observation, observe
 from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.planning.recompute import recompute
-from sgnlp.planning.starts import Start, initial, starts
+from sgnlp.planning.starts import Start, at_contact, initial, starts
 from sgnlp.program.compiled import program
 from sgnlp.program.constraints import preset_constraints
 from sgnlp.program.formulations import formulation
 from sgnlp.program.grasp import Grasp
-from sgnlp.program.nlp import FUNCTIONS, Nlp, frame, variable_units
+from sgnlp.program.nlp import FUNCTIONS, Nlp, frame
 from sgnlp.program.oracle import Oracle, join
 from sgnlp.program.parameters import ParameterVector
 from sgnlp.program.terms import preset_terms
+from sgnlp.program.variables import AtContact, Posture, posture, variable_units
 from sgnlp.surface.gpis import Gpis, fit
 from sgnlp.surface.kernel import Kernel
 from sgnlp.surface.kernels import ThinPlate
@@ -34,8 +34,14 @@ SMALL = replace(
     ROBUST,
     gpis=GpisSettings(surface_points=60, interior_points=15),
     contact=replace(ROBUST.contact, mass=0.0, samples=4),
+    closing=Closing(),
+    limits=replace(ROBUST.limits, place_error=0.0, effort=0.0),
 )
-"""The robust settings with fewer points and samples, and without weight, so that forces balance."""
+"""The robust settings with fewer points and samples, without weight, so that forces balance, of the pregrasp alone."""
+REACHING = replace(
+    SMALL, closing=Closing(planned=True, c_freedom=0.2), limits=replace(SMALL.limits, effort=1.0, place_error=0.004)
+)
+"""The same with the hand at first contact planned: its joints, and c of each finger."""
 
 
 def sphere_points(count: int, seed: int) -> Array:
@@ -108,7 +114,8 @@ def random_point(problem: Problem, nlp: Nlp, seed: int, spread: float = 0.05) ->
 def with_added(functions: Oracle, x: Array, p: Array, g_bounds: tuple[Array, Array]) -> Array:
     """Scaled variables that every program has, with those that the oracle's formulation adds."""
     shared = x[: len(variable_units(functions.nlp.hand))]
-    return np.concatenate([shared, functions.nlp.structure.formulation.begin(functions, shared, p, g_bounds)])
+    before = np.concatenate([shared, at_contact(functions.nlp, shared, p)])
+    return np.concatenate([before, functions.nlp.structure.formulation.begin(functions, before, p, g_bounds)])
 
 
 def random_rotation(rng: np.random.Generator) -> Array:
@@ -126,10 +133,14 @@ def random_rotation(rng: np.random.Generator) -> Array:
 
 def exact_grasp(problem: Problem, start: Start, x: Array) -> Grasp:
     """The grasp that scaled variables x stand for, recomputed in NumPy."""
-    n, m = len(problem.hand.joint_names), len(problem.hand.fingers)
-    x = x * variable_units(problem.hand)
-    wrist, joints = integrate(problem.hand, start.wrist, start.joints, x[: 6 + n])
-    return recompute(problem, wrist, joints, x[6 + n : 6 + n + 3 * m].reshape(m, 3), x[6 + n + 3 * m :])[0]
+    return recompute(problem, pregrasp(problem, start, x))[0]
+
+
+def pregrasp(problem: Problem, start: Start, x: Array) -> Posture:
+    """What scaled variables x stand for: those of every program, or with what the constrained one adds."""
+    whole = len(x) > len(variable_units(problem.hand))
+    at = problem.structure(formulation("constrained")).at_contact if whole else AtContact()
+    return posture(problem.hand, at, (start.wrist, start.joints), x, problem.settings.contact.c)
 
 
 def random_grasp(settings: Settings, seed: int) -> Grasp:

@@ -111,7 +111,7 @@ class Closing(Checked):
     margin: float = 0.002
     """least clearance of every link at first contact from the object and the table [m]"""
     c_freedom: Annotated[float, (0.0, 0.9)] = 0.0
-    """how far c of each finger may differ from `contact.c`, so that a wide gap needs no more force; 0: it is constant"""
+    """how far c of each finger may differ from `contact.c`, so that a wide gap needs no more force; 0: constant"""
     samples: Annotated[int, (1, 100)] = 5
     """postures between pregrasp and first contact at which links are checked to be clear of the object"""
     seconds: NotNegative = 1.0

@@ -17,8 +17,8 @@ from sgnlp.planning.problem import Problem
 from sgnlp.planning.solvers.solver import NlpInstance
 from sgnlp.planning.starts import Start
 from sgnlp.program.compiled import program
-from sgnlp.program.nlp import variable_units
 from sgnlp.program.standalone import functions
+from sgnlp.program.variables import variable_units
 
 Array = NDArray[np.float64]
 

@@ -15,6 +15,7 @@ from sgnlp.planning.problem import Problem
 from sgnlp.planning.recompute import recompute
 from sgnlp.program.ops import Exact
 from sgnlp.program.terms.contact import FAINT_DENSITY
+from sgnlp.program.variables import Posture
 
 Array = NDArray[np.float64]
 
@@ -37,12 +38,12 @@ class Approach:
     contact_density: float
 
 
-def approaches(problem: Problem, wrist: Array, joints: Array, targets: Array, gains: Array) -> list[Approach]:
-    """The path of each finger of a grasp: wrist (7), joints (n) [rad], targets (m, 3) [m], gains (m) [N/m]."""
-    op, contact, m = Exact(), problem.settings.contact, len(gains)
-    g, _ = recompute(problem, wrist, joints, targets, gains)
+def approaches(problem: Problem, at: Posture) -> list[Approach]:
+    """The path of each finger of a grasp."""
+    op, contact, m = Exact(), problem.settings.contact, len(at.gains)
+    g, _ = recompute(problem, at)
     settings = replace(problem.settings, contact=replace(contact, samples=FINE))
-    fine, _ = recompute(replace(problem, settings=settings), wrist, joints, targets, gains)
+    fine, _ = recompute(replace(problem, settings=settings), at)
     length = np.linalg.norm(g.targets - g.tips, axis=1)  # (m,)
     samples = op.density(g.path_gaps, g.path_deviations).reshape(m, -1)
     scale = samples.sum(axis=1) + FAINT_DENSITY if g.density_share else np.ones(m)
@@ -58,7 +59,7 @@ def approaches(problem: Problem, wrist: Array, joints: Array, targets: Array, ga
             density=densities[i],
             sample_way=np.linspace(0, length[i], contact.samples),
             sample_density=samples[i] / scale[i],
-            contact_way=float((1 - contact.c) * length[i]),
+            contact_way=float((1 - at.c[i]) * length[i]),
             contact_density=float(at_contact[i]),
         )
         for i, finger in enumerate(problem.hand.fingers)

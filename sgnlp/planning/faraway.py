@@ -46,11 +46,22 @@ def moved_problem(problem: Problem, by: Array) -> Problem:
 
 def moved_solution(s: Solution, by: Array) -> Solution:
     """The same solution, moved by (3,) [m]: x' = R (x - by) + t + by at equilibrium."""
-    places = ("tips", "targets", "contacts", "contacts_eq", "contacts_desired", "spheres")
+    places = (
+        "wrist_position",
+        "centre",
+        "tips",
+        "targets",
+        "contacts",
+        "contacts_eq",
+        "contacts_desired",
+        "spheres",
+        "spheres_contact",
+    )
+    links = {name: place + by for name, place in s.grasp.links.items()}
     return replace(
         s,
         wrist=s.wrist + np.concatenate([by, np.zeros(4)]),
-        grasp=replace(s.grasp, **{name: getattr(s.grasp, name) + by for name in places}),
+        grasp=replace(s.grasp, links=links, **{name: getattr(s.grasp, name) + by for name in places}),
         translation_eq=s.translation_eq + by - s.grasp.rotation @ by,
         contact_points=s.contact_points + by,
     )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from sgnlp.hand.hand import Hand
 from sgnlp.planning.solution import Solution
 from sgnlp.program.terms import Term
+from sgnlp.program.variables import Posture
 
 Array = NDArray[np.float64]
 
@@ -23,8 +24,8 @@ class Grasps:
 
     wrist: Array  # (G, 7) pose of the hand's root link, x y z [m] qx qy qz qw
     joints: Array  # (G, n) [rad], in the order of joint_names
-    joints_contact: Array  # (G, n) [rad] at first contact, NaN where they are not planned
-    joints_squeeze: Array  # (G, n) [rad] to which position control closes, NaN where they are not planned
+    joints_contact: Array  # (G, n) [rad], at first contact
+    joints_squeeze: Array  # (G, n) [rad], setpoints that press as planned where joints are under position control
     joint_names: NDArray[np.str_]  # (n,)
     finger_names: NDArray[np.str_]  # (m,)
     tips_pregrasp: Array  # (G, m, 3) [m], tip centres a_i at the pregrasp
@@ -32,13 +33,15 @@ class Grasps:
     contact_points: Array  # (G, m, 3) [m], p_i - r n_i on the surface
     targets: Array  # (G, m, 3) [m], o_i
     gains: Array  # (G, m) [N/m], k_i
-    c: Array  # (G, m), c_i of the pregrasp
+    c: Array  # (G, m), contact at o_i + c (a_i - o_i)
     normals: Array  # (G, m, 3), outward, at first contact
     rotation_eq: Array  # (G, 3, 3), motion of the object to the equilibrium
     translation_eq: Array  # (G, 3) [m]
     contacts_eq: Array  # (G, m, 3) [m], tip centres at equilibrium
     forces_initial: Array  # (G, m, 3) [N]
     forces_eq: Array  # (G, m, 3) [N]
+    torques_initial: Array  # (G, n) [N m], of the joints at first contact
+    torques_eq: Array  # (G, n) [N m]
     stiffness: Array  # (G,) [N m], ρ of the equilibrium
     margins_initial: Array  # (G, m)
     margins_equilibrium: Array  # (G, m)
@@ -48,6 +51,7 @@ class Grasps:
     pad_clearance: Array  # (G, m) [m], of the pads from the object at the pregrasp
     table_clearance: Array  # (G, S - m) [m], of every sphere but the pads
     pad_height: Array  # (G, m) [m], of the pads over the table at the pregrasp
+    object_clearance_contact: Array  # (G, S - m) [m], as object_clearance, at first contact
     energy: Array  # (G,), exact and weighted
     energy_terms: Array  # (G, T), exact and unweighted
     term_names: NDArray[np.str_]  # (T,)
@@ -62,6 +66,11 @@ class Grasps:
 
     def __len__(self) -> int:
         return len(self.energy)
+
+    def posture(self, rank: int = 0) -> Posture:
+        """The grasp of that rank as what the program plans."""
+        names = ("wrist", "joints", "targets", "gains", "c", "joints_contact")
+        return Posture(**{name: getattr(self, name)[rank] for name in names})
 
 
 PER_HAND = ("joint_names", "finger_names", "term_names")
@@ -94,17 +103,14 @@ def _no_rows(hand: Hand, T: int) -> dict[str, Any]:
         "pad_clearance",
         "pad_height",
     )
+    clearances = ("object_clearance", "table_clearance", "object_clearance_contact")
     shapes = dict.fromkeys((*points, "forces_initial", "forces_eq"), (m, 3)) | dict.fromkeys(numbers, (m,))
-    shapes |= dict.fromkeys(("joints", "joints_contact", "joints_squeeze"), (n,))
-    shapes |= {"wrist": (7,), "rotation_eq": (3, 3), "translation_eq": (3,), "kkt": (3,)}
-    shapes |= {"object_clearance": (S - m,), "table_clearance": (S - m,), "energy_terms": (T,)}
+    joints = ("joints", "joints_contact", "joints_squeeze", "torques_initial", "torques_eq")
+    shapes |= dict.fromkeys(joints, (n,)) | dict.fromkeys(clearances, (S - m,))
+    shapes |= {"wrist": (7,), "rotation_eq": (3, 3), "translation_eq": (3,), "kkt": (3,), "energy_terms": (T,)}
     kinds = {"feasible": bool, "violated": str, "status": str, "iterations": np.int64, "start": np.int64}
     names = [f.name for f in fields(Grasps) if f.name not in (*PER_HAND, "meta")]
     return {name: np.zeros((0, *shapes.get(name, ())), kinds.get(name, float)) for name in names}
-
-
-def _known(joints: Array | None, like: Array) -> Array:
-    return np.full(like.shape, np.nan) if joints is None else joints
 
 
 def _row(s: Solution) -> dict[str, Any]:
@@ -112,20 +118,22 @@ def _row(s: Solution) -> dict[str, Any]:
     return {
         "wrist": s.wrist,
         "joints": s.joints,
-        "joints_contact": _known(s.joints_contact, s.joints),
-        "joints_squeeze": _known(s.joints_squeeze, s.joints),
+        "joints_contact": s.joints_contact,
+        "joints_squeeze": s.joints_squeeze,
         "tips_pregrasp": g.tips,
         "contacts": g.contacts,
         "contact_points": s.contact_points,
         "targets": g.targets,
         "gains": g.gains,
-        "c": np.full(len(g.gains), s.c),
+        "c": s.c,
         "normals": g.normals,
         "rotation_eq": g.rotation,
         "translation_eq": s.translation_eq,
         "contacts_eq": g.contacts_eq,
         "forces_initial": g.forces,
         "forces_eq": g.forces_eq,
+        "torques_initial": g.torques,
+        "torques_eq": g.torques_eq,
         "stiffness": g.stiffness,
         "margins_initial": s.margins_initial,
         "margins_equilibrium": s.margins_equilibrium,
@@ -135,6 +143,7 @@ def _row(s: Solution) -> dict[str, Any]:
         "pad_clearance": g.pad_clearances,
         "table_clearance": g.table_clearances,
         "pad_height": g.pad_heights,
+        "object_clearance_contact": s.clearances_contact,
         "energy": s.energy,
         "energy_terms": s.energy_terms,
         "feasible": s.feasible,

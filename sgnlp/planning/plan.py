@@ -144,6 +144,7 @@ def _grasp(s: Solution, plan: Plan) -> dict[str, Any]:
     fingers = {
         finger.name: {
             "gain": float(g.gains[i]),
+            "c": float(s.c[i]),
             "target": g.targets[i].tolist(),
             "tip_pregrasp": g.tips[i].tolist(),
             "contact_point": s.contact_points[i].tolist(),
@@ -160,6 +161,9 @@ def _grasp(s: Solution, plan: Plan) -> dict[str, Any]:
         "start": s.start,
         "wrist": s.wrist.tolist(),
         "joints": dict(zip(hand.joint_names, s.joints.tolist(), strict=True)),
+        "joints_contact": dict(zip(hand.joint_names, s.joints_contact.tolist(), strict=True)),
+        "joints_squeeze": dict(zip(hand.joint_names, s.joints_squeeze.tolist(), strict=True)),
+        "closing": asdict(plan.problem.settings.closing),
         "fingers": fingers,
         "energy": s.energy,
         "energy_terms": {

@@ -16,11 +16,12 @@ from sgnlp.planning.problem import Problem
 from sgnlp.planning.solvers import settled
 from sgnlp.planning.solvers.first_order import learning_rates
 from sgnlp.planning.solvers.solver import Answer, NlpInstance, Solver
-from sgnlp.planning.starts import Start, initial
+from sgnlp.planning.starts import Start, at_contact, initial
 from sgnlp.planning.violations import Violation, violations
 from sgnlp.program.compiled import program
-from sgnlp.program.nlp import ENERGY_UNIT, Nlp, variable_units
+from sgnlp.program.nlp import ENERGY_UNIT, Nlp
 from sgnlp.program.oracle import Functions, Oracle, join
+from sgnlp.program.variables import variable_units
 
 Array = NDArray[np.float64]
 
@@ -72,9 +73,11 @@ class Stage:
 
     def admitted(self, x: Array, instance: NlpInstance) -> Array:
         """A point of another program as one of this (nx,), within the bounds, with the variables that this one adds."""
-        shared = x[: len(variable_units(self.nlp.hand))]
-        added = self.nlp.structure.formulation.begin(self.oracle, shared, instance.p, instance.g_bounds)
-        return np.clip(np.concatenate([shared, added]), *instance.x_bounds)
+        nlp = self.nlp
+        shared = x[: len(variable_units(nlp.hand))]
+        before = np.concatenate([shared, at_contact(nlp, shared, instance.p)])
+        own = nlp.structure.formulation.begin(self.oracle, before, instance.p, instance.g_bounds)
+        return np.clip(np.concatenate([before, own]), *instance.x_bounds)
 
 
 class Planner:

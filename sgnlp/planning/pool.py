@@ -47,7 +47,7 @@ class Failure:
 def solve_start(planner: Planner, start: Start) -> Solution:
     """The solution of one start."""
     iterate = planner.solve(start)
-    return solution(planner.problem, start, iterate, planner.stages[-1].nlp.units)
+    return solution(planner.problem, start, iterate, planner.stages[-1].nlp)
 
 
 def solve_all(

@@ -15,14 +15,17 @@ from sgnlp.perception.observation import Observation
 from sgnlp.planning.additions import NOTHING, Additions
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.formulation import Formulation, Phase
-from sgnlp.program.nlp import Nlp, variable_units
+from sgnlp.program.nlp import Nlp
 from sgnlp.program.structure import Structure, structure
 from sgnlp.program.terms import Term
+from sgnlp.program.variables import variable_units
 from sgnlp.surface.gpis import Gpis, fit
 from sgnlp.surface.training import training_set
 
 Array = NDArray[np.float64]
 
+LEAST_C = 0.1
+"""Least c of a finger that has its own: at 0 a finger touches at its target and presses with nothing."""
 MAX_TURN = 1.8
 """Bound of each angular coordinate of the wrist's tangent [rad]: the cube inside the ball |ω| < π."""
 
@@ -112,12 +115,22 @@ class Problem:
         targets = np.tile(self.gpis.centre, m)
         low = [-wrist, self.hand.lower - joints, targets - side, gains[0]]
         high = [wrist, self.hand.upper - joints, targets + side, gains[1]]
-        added_low, added_high = nlp.structure.formulation.variable_bounds(nlp, self.row_bounds(nlp))
+        own_low, own_high = nlp.structure.formulation.variable_bounds(nlp, self.row_bounds(nlp))
+        contact_low, contact_high = self._contact_bounds(nlp)
         units = variable_units(self.hand)
         return (
-            np.concatenate([np.concatenate(low) / units, added_low]),
-            np.concatenate([np.concatenate(high) / units, added_high]),
+            np.concatenate([np.concatenate(low) / units, contact_low, own_low]),
+            np.concatenate([np.concatenate(high) / units, contact_high, own_high]),
         )
+
+    def _contact_bounds(self, nlp: Nlp) -> tuple[Array, Array]:
+        """Bounds of the variables of the hand at first contact, as far as it is planned."""
+        at, hand, freedom = nlp.structure.at_contact, self.hand, self.settings.closing.c_freedom
+        c, m = self.settings.contact.c, len(hand.fingers)
+        fingers = np.tile([[max(c - freedom, LEAST_C)], [min(c + freedom, 1.0)]], m if at.c else 0)
+        joints = np.stack([hand.lower, hand.upper])[:, : len(hand.lower) if at.joints else 0]
+        low, high = np.hstack([fingers, joints])
+        return low, high
 
     def gain_bounds(self) -> tuple[Array, Array]:
         """Bounds (m,) of the gains [N/m]: those of the settings, for free gains, within those of the hand."""

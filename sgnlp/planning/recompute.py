@@ -15,6 +15,7 @@ from sgnlp.planning.problem import Problem
 from sgnlp.program.assembly import Numeric, Parts, assemble
 from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.program.grasp import Grasp
+from sgnlp.program.variables import Posture
 
 Array = NDArray[np.float64]
 
@@ -32,13 +33,18 @@ def equilibrium(p: Array, o: Array, k: Array, mass: float, com: Array) -> tuple[
     return R, o_mean - R @ p_mean - load / k.sum(), float(rho)
 
 
-def recompute(problem: Problem, wrist: Array, joints: Array, targets: Array, gains: Array) -> tuple[Grasp, Array]:
+def recompute(problem: Problem, at: Posture) -> tuple[Grasp, Array]:
     """The exact grasp and the translation t (3) [m] of its equilibrium, which is always the true minimiser."""
     hand, gpis, contact = problem.hand, problem.gpis, problem.settings.contact
+    wrist, joints = at.wrist, at.joints
     a, s = frames(hand, wrist, joints)
     origins, root = link_origins(hand, wrist, joints), pin.XYZQUATToSE3(np.asarray(wrist, float))
-    o, k, K = targets, gains, contact.samples
-    p = o + contact.c * (a - o)
+    o, k, K = at.targets, at.gains, contact.samples
+    p = o + at.c[:, None] * (a - o)
+    touching, tips, spheres = joints, p, s  # at first contact, where it is not planned
+    if problem.settings.closing.planned and at.joints_contact is not None:
+        touching = at.joints_contact
+        tips, spheres = frames(hand, wrist, touching)
     R, t, rho = equilibrium(p, o, k, contact.mass, problem.com)
     along = np.linspace(0.0, 1.0, K)[None, :, None]  # from the pregrasp tip to the target
     path = (along * o[:, None] + (1 - along) * a[:, None]).reshape(-1, 3)
@@ -49,10 +55,13 @@ def recompute(problem: Problem, wrist: Array, joints: Array, targets: Array, gai
         wrist_rotation=root.rotation,
         links=dict(zip(link_names(hand), origins, strict=True)),
         joints=joints,
+        joints_contact=touching,
         tips=a,
         tip_errors=np.zeros_like(a),
+        reach_errors=tips - p,
         spheres=s,
-        torques=lambda forces: joint_torques(hand, wrist, joints, forces),
+        spheres_contact=spheres,
+        torques=lambda forces: joint_torques(hand, wrist, touching, forces),
         targets=o,
         gains=k,
         contacts=p,
@@ -67,6 +76,7 @@ def recompute(problem: Problem, wrist: Array, joints: Array, targets: Array, gai
         path_deviations=gpis.distance_deviation(path),
         target_means=gpis.mean(o),
         sphere_distances=gpis.distance(s),
+        link_distances_contact=gpis.distance(np.delete(spheres, hand.tip_spheres, axis=0)),
     )
     return assemble(parts, hand, SimpleNamespace(**problem.numbers()), K, contact.density, Numeric()), t
 

@@ -4,10 +4,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import NDArray
 
 from sgnlp.base.settings import Closing
 from sgnlp.hand.hand import Hand
+from sgnlp.hand.inverse import closing_way, reached
+from sgnlp.hand.kinematics import frames, joint_torques
 from sgnlp.planning.kkt import SOLVED_FACTOR, Kkt
 from sgnlp.planning.planner import History, Iterate
 from sgnlp.planning.problem import Problem
@@ -15,11 +18,13 @@ from sgnlp.planning.recompute import recompute
 from sgnlp.planning.starts import Start
 from sgnlp.planning.violations import Violation
 from sgnlp.program.constraint import Check, Constraint
+from sgnlp.program.constraints import CLEARANCE
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.names import rows_of
-from sgnlp.program.nlp import grasp_variables
+from sgnlp.program.nlp import Nlp
 from sgnlp.program.ops import Exact
 from sgnlp.program.terms.spring import margins
+from sgnlp.program.variables import Posture, posture
 
 Array = NDArray[np.float64]
 
@@ -36,6 +41,10 @@ class Solution:
     start: int
     wrist: Array  # (7,) pose of the root link, x y z qx qy qz qw
     joints: Array  # (n,) [rad]
+    joints_contact: Array  # (n,) [rad] at first contact: planned, or by inverse kinematics from the pregrasp
+    joints_squeeze: Array  # (n,) [rad] for joints under position control: they press with the torques at equilibrium
+    clearances_contact: Array  # (S - m,) [m] of every sphere but the pads from the object, at joints_contact
+    c: Array  # (m,) share of the way from target to pregrasp tip at which each finger touches
     grasp: Grasp
     translation_eq: Array  # (3,) [m]
     contact_points: Array  # (m, 3) [m], p_i - r n_i
@@ -51,10 +60,7 @@ class Solution:
     history: History
     violations: tuple[Violation, ...]  # rows of the solver's last program that are not met, worst first
     hand: Hand | None = None  # that of the plan
-    joints_contact: Array | None = None  # (n,) [rad] at first contact
-    joints_squeeze: Array | None = None  # (n,) [rad] to which position control closes
-    c: float = 1.0  # of the pregrasp
-    closing: Closing = field(default_factory=Closing)
+    closing: Closing = field(default_factory=Closing)  # how it is to be carried out
 
     @property
     def feasible(self) -> bool:
@@ -76,10 +82,13 @@ class Solution:
         return tuple(check.name for check in self.checks if not check.passed)
 
 
-def solution(problem: Problem, start: Start, iterate: Iterate, units: Array) -> Solution:
-    """The solution that an iterate stands for."""
-    wrist, joints, targets, gains = grasp_variables(problem.hand, start.wrist, start.joints, iterate.x * units)
-    g, t = recompute(problem, wrist, joints, targets, gains)
+def solution(problem: Problem, start: Start, iterate: Iterate, nlp: Nlp) -> Solution:
+    """The solution that an iterate stands for, the end of a program `nlp`."""
+    seed, c = (start.wrist, start.joints), problem.settings.contact.c
+    at = posture(problem.hand, nlp.structure.at_contact, seed, iterate.x, c)
+    g, t = recompute(problem, at)
+    touching, squeeze = _closed(problem, at, g)
+    links = np.delete(frames(problem.hand, at.wrist, touching)[1], problem.hand.tip_spheres, axis=0)
     op = Exact()
     initial = margins(g.forces, g.normals, g.friction, op)
     equilibrium = margins(g.forces_eq, g.normals_eq, g.friction, op)
@@ -87,8 +96,12 @@ def solution(problem: Problem, start: Start, iterate: Iterate, units: Array) -> 
     radii = problem.hand.tip_radii * problem.settings.contact.pad
     return Solution(
         start=start.index,
-        wrist=wrist,
-        joints=joints,
+        wrist=at.wrist,
+        joints=at.joints,
+        joints_contact=touching,
+        joints_squeeze=squeeze,
+        clearances_contact=problem.gpis.distance(links) - np.delete(g.radii, problem.hand.tip_spheres),
+        c=at.c,
         grasp=g,
         translation_eq=t,
         contact_points=g.contacts - radii[:, None] * g.normals,
@@ -103,9 +116,19 @@ def solution(problem: Problem, start: Start, iterate: Iterate, units: Array) -> 
         seconds=iterate.seconds,
         history=iterate.history,
         violations=iterate.violations,
-        c=problem.settings.contact.c,
         closing=problem.settings.closing,
     )
+
+
+def _closed(problem: Problem, at: Posture, g: Grasp) -> tuple[Array, Array]:
+    """The joints (n,) at first contact and those of the squeeze, w + Jᵀf/κ: κ is the stiffness of a joint."""
+    hand, closing = problem.hand, problem.settings.closing
+    touching, torques = g.joints_contact, g.torques_eq if problem.settings.contact.metric == "spring" else g.torques
+    if not closing.planned:
+        touching = reached(hand, at.wrist, at.joints, g.contacts)
+        forces = g.forces_eq if problem.settings.contact.metric == "spring" else g.forces
+        torques = joint_torques(hand, at.wrist, touching, forces)
+    return touching, touching + torques / closing.joint_stiffness
 
 
 def feasibility(problem: Problem, g: Grasp) -> tuple[Check, ...]:
@@ -122,14 +145,29 @@ def _checked(problem: Problem, constraint: Constraint, g: Grasp) -> Check | None
 def _always(problem: Problem, g: Grasp) -> Iterator[Check]:
     """The checks that are no constraints, but bounds of the variables and what makes an equilibrium one."""
     hand, inf = problem.hand, float("inf")
-    room = np.minimum(g.joints - hand.lower, hand.upper - g.joints)
+    postures = np.stack([g.joints, g.joints_contact])
+    room = np.minimum(postures - hand.lower, hand.upper - postures).min(axis=0)
     joint = int(room.argmin())
     row = f"joint_limits[{hand.joint_names[joint]}]"
     passed = bool(room[joint] >= -JOINT_SLACK)
     yield Check("joint_limits", float(room[joint]), 0.0, inf, JOINT_SLACK, "rad", passed, row)
+    if problem.settings.closing.planned:
+        yield _way(problem, g)
     if problem.settings.contact.metric == "spring":
         rho = float(g.stiffness)
         yield Check("stable", 1e3 * rho, 1e3 * LEAST_STIFFNESS, inf, 0.0, "mN m", rho > LEAST_STIFFNESS)
+
+
+def _way(problem: Problem, g: Grasp) -> Check:
+    """Links clear of the object and the table at postures between the pregrasp and first contact."""
+    hand, links = problem.hand, [i for i in range(len(g.radii)) if i not in problem.hand.tip_spheres]
+    wrist = np.asarray(pin.SE3ToXYZQUAT(pin.SE3(g.wrist_rotation, g.wrist_position)))
+    way = closing_way(hand, wrist, g.joints, g.joints_contact, problem.settings.closing.samples)[:, links]
+    clearances = problem.gpis.distance(way.reshape(-1, 3)).reshape(way.shape[:2]) - g.radii[links]
+    clearances = np.minimum(clearances, way[:, :, 2] - g.radii[links] - problem.table_height).min(axis=0)
+    worst, value = int(clearances.argmin()), float(clearances.min())
+    row = f"way[{hand.spheres[links[worst]].name}]"
+    return Check("way", 1e3 * value, 0.0, float("inf"), 1e3 * CLEARANCE, "mm", value >= -CLEARANCE, row)
 
 
 def torque_share(g: Grasp, metric: str) -> float:

@@ -6,9 +6,11 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from sgnlp.hand.inverse import reached
 from sgnlp.hand.kinematics import frames
 from sgnlp.planning.problem import Problem
-from sgnlp.program.nlp import Nlp, variable_units
+from sgnlp.program.nlp import Nlp
+from sgnlp.program.variables import AtContact, posture, variable_units
 
 Array = NDArray[np.float64]
 
@@ -46,6 +48,21 @@ def initial(nlp: Nlp, start: Start) -> Array:
     """The scaled variables of a start: v = 0, its targets and gains, without slacks."""
     n = len(nlp.hand.joint_names)
     return np.concatenate([np.zeros(6 + n), start.targets.ravel(), start.gains]) / variable_units(nlp.hand)
+
+
+def at_contact(nlp: Nlp, x: Array, p: Array) -> Array:
+    """Where the variables of the hand at first contact begin, for those of every program x and the parameters p.
+
+    Each finger begins with the c of the settings, its joints where inverse kinematics brings the tips to the contacts.
+    """
+    at, given, hand = nlp.structure.at_contact, nlp.parameters.unpack(p), nlp.hand
+    if not (at.joints or at.c):
+        return np.zeros(0)
+    begin = posture(hand, AtContact(), (given.wrist, given.joints), x, float(given.c[0]))
+    tips, _ = frames(hand, begin.wrist, begin.joints)
+    contacts = begin.targets + begin.c[:, None] * (tips - begin.targets)
+    joints = reached(hand, begin.wrist, begin.joints, contacts) if at.joints else np.zeros(0)
+    return np.concatenate([begin.c if at.c else np.zeros(0), joints])
 
 
 def _turn(wrist: Array, centre: Array, yaw: float) -> Array:

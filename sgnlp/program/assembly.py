@@ -25,9 +25,12 @@ class Parts:
     wrist_rotation: Any  # (3, 3)
     links: Mapping[str, Any]  # → (3,) [m]
     joints: Any  # (n,) [rad]
+    joints_contact: Any  # (n,) [rad]
     tips: Any  # (m, 3) [m]
     tip_errors: Any  # (m, 3) [m]
+    reach_errors: Any  # (m, 3) [m]
     spheres: Any  # (S, 3) [m]
+    spheres_contact: Any  # (S, 3) [m]
     torques: Callable[[Any], Any]  # forces (m, 3) [N] at the tips → joint torques (n,) [N m]
     targets: Any  # (m, 3) [m]
     gains: Any  # (m,) [N/m]
@@ -43,6 +46,7 @@ class Parts:
     path_deviations: Any  # (m K,) [m]
     target_means: Any  # (m,) [m]
     sphere_distances: Any  # (S,) [m], metric distance of the spheres' centres
+    link_distances_contact: Any  # (S - m,) [m], the same of every sphere but the pads, at first contact
 
 
 class Arrays(Protocol):
@@ -119,6 +123,8 @@ def assemble(parts: Parts, hand: Hand, given: SimpleNamespace, samples: int, den
         reference=hand.reference,
         tips=parts.tips,
         tip_errors=parts.tip_errors,
+        joints_contact=parts.joints_contact,
+        reach_errors=parts.reach_errors,
         targets=parts.targets,
         gains=parts.gains,
         contacts=p,
@@ -150,7 +156,7 @@ def assemble(parts: Parts, hand: Hand, given: SimpleNamespace, samples: int, den
 
 def _clearances(parts: Parts, hand: Hand, given: SimpleNamespace, samples: int, xp: Arrays) -> dict[str, Any]:
     """The fields that are distances to the object, to the table, among the links and inside the surface's ball."""
-    a, s, m = parts.tips, parts.spheres, len(hand.fingers)
+    a, s, w, m = parts.tips, parts.spheres, parts.spheres_contact, len(hand.fingers)
     radii, tip_radii = np.array([sphere.radius for sphere in hand.spheres]), hand.tip_radii
     pads, links = given.pad * tip_radii, [i for i in range(len(radii)) if i not in hand.tip_spheres]
     first, second = _columns(hand.pairs)
@@ -164,6 +170,10 @@ def _clearances(parts: Parts, hand: Hand, given: SimpleNamespace, samples: int, 
         "table_clearances": heights[links],
         "pad_heights": a[:, 2] - tip_radii - given.table,
         "pair_clearances": xp.lengths(s[first, :] - s[second, :]) - radii[first] - radii[second],
+        "spheres_contact": w,
+        "object_clearances_contact": parts.link_distances_contact - radii[links],
+        "table_clearances_contact": w[links, 2] - radii[links] - given.table,
+        "pair_clearances_contact": xp.lengths(w[first, :] - w[second, :]) - radii[first] - radii[second],
         "ball_clearances": given.ball_radius - xp.lengths(a - xp.rows(given.ball_centre, m)),
         "contact_heights": parts.contacts[:, 2] - pads - given.table,
         "contact_heights_eq": parts.contacts_eq[:, 2] - pads - given.table,

@@ -13,6 +13,8 @@ from sgnlp.program.terms.spring import margins
 
 ROUNDING = 1e-6
 """Tolerance of what a solver meets to 1e-8: margins [1], shares of the effort [1], the surface model's ball [m]."""
+REACHED = 1e-4
+"""By how much the tips may miss the planned contacts at the joints of first contact [m]."""
 CONTACT = 2e-3
 """Largest |distance| of a pad to the surface that counts as contact [m]."""
 CLEARANCE = 1e-3
@@ -83,6 +85,30 @@ CONSTRAINTS: tuple[Constraint, ...] = (
         lambda g, op: g.gaps,
         **_each("finger", LENGTH, CONTACT),
         about="distance of the pads to the surface at first contact",
+    ),
+    Constraint(
+        "reach",
+        lambda g, op: g.reach_errors,
+        **_each("tip", LENGTH, REACHED),
+        about="tips off the contacts that the fingers are to reach",
+    ),
+    Constraint(
+        "object_contact",
+        lambda g, op: g.object_clearances_contact,
+        **CLEAR | {"over": "link"},
+        about="links clear of the object at first contact",
+    ),
+    Constraint(
+        "table_contact",
+        lambda g, op: g.table_clearances_contact,
+        **CLEAR | {"over": "link"},
+        about="links clear of the table at first contact",
+    ),
+    Constraint(
+        "self_contact",
+        lambda g, op: g.pair_clearances_contact,
+        **CLEAR | {"over": "pair"},
+        about="links clear of each other at first contact",
     ),
     Constraint("margin_initial", _margins_initial, **IN_CONE, about="margin inside the friction cone at first contact"),
     Constraint("margin_equilibrium", _margins_equilibrium, **IN_CONE, about="margin inside the cone at equilibrium"),
@@ -170,18 +196,21 @@ def preset_constraints(settings: Settings) -> tuple[Constraint, ...]:
 
 def _bounds(s: Settings) -> dict[str, tuple[float, float]]:
     """The bounds of each constraint that settings ask for, in SI units."""
-    limits, effort = s.limits, s.limits.effort
+    limits, effort, gap = s.limits, s.limits.effort, s.limits.object_margin + s.limits.place_error
     bounds = {
         "workspace": (0.0, inf),
         "contact": (0.0, 0.0),
-        "object": (limits.object_margin, inf),
+        "object": (gap, inf),
         # without a pregrasp, c = 1, the pads touch, and the rows of contact say how
-        "pads_object": (limits.object_margin if s.contact.c < 1 else -inf, inf),
+        "pads_object": (gap if s.contact.c < 1 else -inf, inf),
         "table": (limits.table_margin, inf),
         "pads_table": (limits.pad_margin, inf),
         "self": (0.0, inf),
         "contact_table": (0.0, inf),
     }
+    if s.closing.planned:
+        clear = (s.closing.margin, inf)
+        bounds |= {"reach": (0.0, 0.0), "object_contact": clear, "table_contact": clear, "self_contact": (0.0, inf)}
     if effort > 0:
         bounds["torque_initial"] = (-effort, effort)
     if s.contact.heuristic > 0:

@@ -1,7 +1,7 @@
 """What a formulation is: the program, or the programs in turn, that a solver is given of energy and constraints."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
@@ -15,17 +15,10 @@ from sgnlp.program import equilibrium
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.lifting import Lifting
 from sgnlp.program.terms.term import Term
+from sgnlp.program.variables import Variables
 
 Array = NDArray[np.float64]
 Bounds = tuple[Array, Array]
-
-
-@dataclass(frozen=True)
-class Variables:
-    """Variables that a formulation adds to those of every program: their names, and the units of the scaled ones."""
-
-    names: tuple[str, ...] = ()
-    units: Array = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -47,6 +40,8 @@ class Formulation:
 
     name: ClassVar[str] = ""
     exact_feet: ClassVar[bool] = True
+    plans_contact: ClassVar[bool] = True
+    """Whether it has the joints at first contact as variables, where the settings ask for them."""
     source: ClassVar[str] = ""
     """Hash of the file that a formulation was loaded from; it goes into the key of compiled functions."""
 
@@ -80,7 +75,7 @@ class Formulation:
         return np.zeros(0), np.zeros(0)
 
     def begin(self, oracle: Any, x: Array, p: Array, g_bounds: Bounds) -> Array:
-        """Where the scaled variables that it adds begin, for those that every program has, x."""
+        """Where the scaled variables that it adds begin, for those that stand before them, x."""
         return np.zeros(0)
 
     def strict(self, nlp: Any, x: Array) -> Array:

@@ -3,10 +3,9 @@
     p_i = o_i + c (a_i - o_i),   R, t = equilibrium(p, o, k),   p_i(eq) = R p_i + t
     f_i(t0) = k_i (o_i - p_i),   f_i(eq) = k_i (o_i - p_i(eq)),   n_i = ∇μ/|∇μ| at p_i,   n_i(eq) = R n_i
 
-Joint torques are τ = Jᵀf with the Jacobian of the pregrasp, since a plan does not know the joints at a contact: four
-joints a finger leave a choice, which the controller makes on the way, 24 mm in the median. Against the joints that
-inverse kinematics finds from the pregrasp, in 95 grasps on 14 objects, the largest torque is right to 1 % at first
-contact and 7 % too small at equilibrium (medians 0.75 and 0.81 N m); the worst joint is off by 0.08 and 0.13 N m.
+Where the hand at first contact is planned (`closing.planned`), its joints w have the same wrist and FK(w) = p_i, and
+joint torques are τ = Jᵀf with the Jacobian there. Where it is not, as in the paper, whatever is "at contact" is that of
+the pregrasp, and the Jacobian too: the worst joint is then off by 0.13 N m at equilibrium in the median of 95 grasps.
 
 The same class holds CasADi expressions (`sgnlp.program.model`) or NumPy arrays (`sgnlp.planning.recompute`); both are
 put together by `sgnlp.program.assembly`.
@@ -27,6 +26,8 @@ class Grasp:
     wrist_position: Any  # (3,) [m], origin of the hand's root link at the pregrasp
     wrist_rotation: Any  # (3, 3), orientation of the root link: its axes are the columns
     links: Mapping[str, Any]  # name of each link → (3,) [m], origin of its frame at the pregrasp
+    joints_contact: Any  # (n,) [rad], w, at first contact
+    reach_errors: Any  # (m, 3) [m], tips at the joints of first contact less the contacts: 0
     centre: Any  # (3,) [m], the object's centre of mass before it moves
     joints: Any  # (n,) [rad]
     reference: Any  # (n,) [rad]
@@ -41,8 +42,8 @@ class Grasp:
     stiffness: Any  # () [N m], ρ
     forces: Any  # (m, 3) [N] at first contact
     forces_eq: Any  # (m, 3) [N]
-    torques: Any  # (n,) [N m], Jᵀf at first contact, J = ∂a/∂joints of the pregrasp
-    torques_eq: Any  # (n,) [N m], the same at equilibrium
+    torques: Any  # (n,) [N m], Jᵀf at first contact, J = ∂FK/∂joints there
+    torques_eq: Any  # (n,) [N m], with the forces at equilibrium and the same J
     effort: Any  # (n,) [N m], the largest that the hand gives
     wrench: Any  # (2, 3) [N], [N m], net force on the object at first contact and its torque about the centre of mass
     wrench_eq: Any  # (2, 3) [N], [N m], the same at equilibrium, about the centre of mass there: 0
@@ -61,6 +62,10 @@ class Grasp:
     table_clearances: Any  # (S - m,) [m], of every sphere but the pads
     pad_heights: Any  # (m,) [m], of the pads over the table at the pregrasp
     pair_clearances: Any  # (P,) [m]
+    spheres_contact: Any  # (S, 3) [m], centres at first contact
+    object_clearances_contact: Any  # (S - m,) [m], of every sphere but the pads, at first contact
+    table_clearances_contact: Any  # (S - m,) [m]
+    pair_clearances_contact: Any  # (P,) [m]
     ball_clearances: Any  # (m,) [m], of the pregrasp tips inside the ball of the surface model
     contact_heights: Any  # (m,) [m], of the pads over the table at first contact
     contact_heights_eq: Any  # (m,) [m]

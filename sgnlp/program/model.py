@@ -1,5 +1,6 @@
 """The grasp as CasADi expressions over a chain of lifted quantities: what `sgnlp.program.nlp` differentiates."""
 
+from dataclasses import dataclass
 from types import SimpleNamespace
 
 import casadi as ca
@@ -32,34 +33,50 @@ class Model:
         x = lifting.x * units
         self._v, targets = x[: 6 + n], ca.reshape(x[6 + n : 6 + n + 3 * m], 3, m).T
         self._k = x[6 + n + 3 * m : 6 + n + 4 * m]
-        self._added = x[6 + n + 4 * m :]  # variables of the formulation's own
+        own = len(structure.formulation.variables(hand).units)
+        self._added = x[x.numel() - own :]  # variables of the formulation's own
         frames = forward(hand, par.wrist, par.joints, self._v)
         self._a = lifting.lift("tips", structure.formulation.tips(self._added, frames.tips))
-        self._s = self._spheres(hand, lifting, frames.spheres)
-        self._p = lifting.lift("contacts", targets + par.c * (self._a - targets))
+        self._s = self._spheres(hand, lifting, "spheres", frames.spheres, self._a)
+        at, first = structure.at_contact, 6 + n + 4 * m
+        c = ca.repmat(x[first : first + m], 1, 3) if at.c else par.c
+        self._p = lifting.lift("contacts", targets + c * (self._a - targets))
         along = np.linspace(0.0, 1.0, K)  # from the pregrasp tip to the target
         path = [t * targets[i, :] + (1 - t) * self._a[i, :] for i in range(m) for t in along]
         tau = lifting.lift("path", ca.vertcat(*path))
         self._o = lifting.lift("targets", targets)
-        self.layout = Layout(m, K, len(hand.spheres))
+        self._contact = _Contact(frames, par.joints + self._v[6:], slice(6, 6 + n), None, self._s)
+        if at.joints:
+            self._contact = self._at_contact(hand, lifting, par, slice(first + m * at.c, first + m * at.c + n))
+        self.layout = layout(hand, structure)
         self.jets = self.layout.symbols()
         self.pads = par.foot * par.pad * hand.tip_radii
-        self.given = ca.vertcat(self._p, tau, self._s, self._o)
+        links = self._contact.spheres[_links(hand), :] if at.joints else ca.SX(0, 3)
+        self.given = ca.vertcat(self._p, tau, self._s, links, self._o)
         self._n = lifting.lift("normals", self._normals(self._p - lifting.freeze("contact_origin", self._p)))
         feet = lifting.lift("feet", self._p - ca.repmat(self.pads, 1, 3) * self._n)
-        z = ca.vertcat(self._p, tau, self._s, feet, self._o)
+        z = ca.vertcat(self._p, tau, self._s, links, feet, self._o)
         self._delta = z - lifting.freeze("origin", z)  # displacements: 0 with derivative 1
         parts = self._parts(hand, structure, lifting, par, frames)
         given = SimpleNamespace(**vars(par) | {"rotation_desired": ca.reshape(par.rotation_desired, 3, 3)})
         self.grasp = assemble(parts, hand, given, K, structure.density, Symbolic())
 
-    def _spheres(self, hand: Hand, lifting: Lifting, spheres: ca.SX) -> ca.SX:
+    def _spheres(self, hand: Hand, lifting: Lifting, name: str, spheres: ca.SX, tips: ca.SX) -> ca.SX:
         """Sphere centres (S, 3); those of the pads are the tips themselves, already lifted."""
-        others = [i for i in range(len(hand.spheres)) if i not in hand.tip_spheres]
-        lifted = lifting.lift("spheres", spheres[others, :])
+        others = _links(hand)
+        lifted = lifting.lift(name, spheres[others, :])
         rows = {i: lifted[j, :] for j, i in enumerate(others)}
-        rows |= {i: self._a[j, :] for j, i in enumerate(hand.tip_spheres)}
+        rows |= {i: tips[j, :] for j, i in enumerate(hand.tip_spheres)}
         return ca.vertcat(*[rows[i] for i in range(len(hand.spheres))])
+
+    def _at_contact(self, hand: Hand, lifting: Lifting, par: SimpleNamespace, where: slice) -> "_Contact":
+        """The hand at the joints of first contact, which are variables, with the wrist of the pregrasp."""
+        angles = lifting.x[where]
+        frames = forward(hand, par.wrist, par.joints, ca.vertcat(self._v[:6], angles - par.joints))
+        tips = lifting.lift("tips_contact", frames.tips)
+        return _Contact(
+            frames, angles, where, tips, self._spheres(hand, lifting, "spheres_contact", frames.spheres, tips)
+        )
 
     def _normals(self, delta: ca.SX) -> ca.SX:
         """Normals (m, 3) at the contacts displaced by delta (m, 3) [m]."""
@@ -81,6 +98,7 @@ class Model:
     def _parts(self, hand: Hand, structure: Structure, lifting: Lifting, par: SimpleNamespace, frames: Frames) -> Parts:
         """The parts of the grasp; those of the surface are written on its jets."""
         m, delta, V, D = len(hand.fingers), self._delta, self.layout.uncertain, self.layout.distances
+        S, at = len(hand.spheres), self._contact
         R, rho, t = self._motion(structure, lifting, par)
         p_eq = lifting.lift("contacts_eq", self._p @ R.T + ca.repmat(t.T, m, 1))
         distance = lifting.lift("distance", expand(self.jets[0], delta[:D, :]))
@@ -93,8 +111,11 @@ class Model:
             joints=par.joints + self._v[6:],
             tips=self._a,
             tip_errors=self._a - frames.tips,
+            joints_contact=at.joints,
+            reach_errors=ca.SX(m, 3) if at.tips is None else at.tips - self._p,
             spheres=self._s,
-            torques=lambda forces: _virtual_work(frames.tips, lifting.x, forces)[6 : self._v.numel()],
+            spheres_contact=at.spheres,
+            torques=lambda forces: _virtual_work(at.frames.tips, lifting.x, forces)[at.where],
             targets=self._o,
             gains=self._k,
             contacts=self._p,
@@ -108,8 +129,31 @@ class Model:
             path_distances=distance[m:V],
             path_deviations=deviation[m:],
             target_means=expand(self.jets[3], delta[D:, :]),
-            sphere_distances=distance[V : D - m],
+            sphere_distances=distance[V : V + S],
+            link_distances_contact=distance[V : V + S][_links(hand)] if at.tips is None else distance[V + S : D - m],
         )
+
+
+@dataclass(frozen=True)
+class _Contact:
+    """The hand at first contact: its frames, joints (n), where these stand in x, tips (m, 3) if planned, spheres."""
+
+    frames: Frames
+    joints: ca.SX
+    where: slice
+    tips: ca.SX | None
+    spheres: ca.SX
+
+
+def layout(hand: Hand, structure: Structure) -> Layout:
+    """The query points of a hand in a structure."""
+    links = len(_links(hand)) if structure.at_contact.joints else 0
+    return Layout(len(hand.fingers), structure.samples, len(hand.spheres), links)
+
+
+def _links(hand: Hand) -> list[int]:
+    """Indices of the spheres that are not pads."""
+    return [i for i in range(len(hand.spheres)) if i not in hand.tip_spheres]
 
 
 def _virtual_work(tips: ca.SX, x: ca.SX, forces: ca.SX) -> ca.SX:

@@ -1,4 +1,4 @@
-"""Names of the variables and rows of a nonlinear program: `target.thumb.x`, `contact[ring]`, `table[middle_distal]`."""
+"""Names of variables and rows of a nonlinear program: `target.thumb.x`, `contact[ring]`, `table[middle_distal]`."""
 
 from collections.abc import Sequence
 
@@ -28,6 +28,12 @@ def variable_names(hand: Hand) -> tuple[str, ...]:
     wrist = [f"wrist.{kind}{axis}" for kind in ("", "r") for axis in AXES]
     targets = [f"target.{finger}.{axis}" for finger in fingers for axis in AXES]
     return (*wrist, *(f"joint.{name}" for name in hand.joint_names), *targets, *(f"gain.{name}" for name in fingers))
+
+
+def contact_names(hand: Hand, c: bool, joints: bool) -> tuple[str, ...]:
+    """A name for each variable of the hand at first contact: c of each finger, the joints, as far as they are free."""
+    fingers = [f"c.{finger.name}" for finger in hand.fingers] if c else []
+    return (*fingers, *(f"contact.{name}" for name in hand.joint_names if joints))
 
 
 def row_names(hand: Hand, constraints: Sequence[Constraint], sizes: Sequence[int]) -> tuple[str, ...]:

@@ -1,8 +1,8 @@
 """The nonlinear program and its exact derivatives, built once for a hand and a formulation.
 
-    min_x  E(x)   subject to   g_low ≤ g(x) ≤ g_high,  x_low ≤ x ≤ x_high,      x = (v (6 + n), o (3 m), k (m))/units
+    min_x  E(x)   subject to   g_low ≤ g(x) ≤ g_high,  x_low ≤ x ≤ x_high
 
-and what the formulation adds (`Formulation.variables`).
+over the variables of `sgnlp.program.variables`.
 
 The functions take jets of the surface at the query points z(x) as inputs (`sgnlp.surface.jets`), so one `Nlp` serves
 every object; object, weights, widths and seed pose are parameters. `oracle.py` joins an `Nlp` with a fitted surface.
@@ -19,12 +19,11 @@ from numpy.typing import NDArray
 
 from sgnlp.base.errors import InputError
 from sgnlp.hand.hand import Hand
-from sgnlp.hand.kinematics import integrate
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.lifting import Lifting
-from sgnlp.program.model import Model
-from sgnlp.program.names import row_names, variable_names
+from sgnlp.program.model import Model, layout
+from sgnlp.program.names import row_names
 from sgnlp.program.ops import Smooth
 from sgnlp.program.parameters import ParameterVector
 from sgnlp.program.structure import Structure
@@ -33,8 +32,6 @@ from sgnlp.surface.jets import Layout
 
 Array = NDArray[np.float64]
 
-UNITS = {"linear": 0.1, "angular": 1.0, "joint": 1.0, "target": 0.1, "gain": 100.0}
-"""Units of the scaled variables [m, rad, rad, m, N/m], so that all are of order 1."""
 ENERGY_UNIT = 100.0
 """The objective that the solver sees is E/ENERGY_UNIT."""
 
@@ -90,38 +87,20 @@ def parameter_vector(hand: Hand, terms: int) -> ParameterVector:
     return ParameterVector(sizes | widths)
 
 
-def variable_kinds(hand: Hand) -> list[str]:
-    """The kind of each variable (nx,), a key of `UNITS`: the order of x."""
-    n, m = len(hand.joint_names), len(hand.fingers)
-    return ["linear"] * 3 + ["angular"] * 3 + ["joint"] * n + ["target"] * (3 * m) + ["gain"] * m
-
-
-def variable_units(hand: Hand) -> Array:
-    """The unit of each variable (nx,) that every formulation has."""
-    return np.array([UNITS[kind] for kind in variable_kinds(hand)])
-
-
-def grasp_variables(hand: Hand, wrist: Array, joints: Array, y: Array) -> tuple[Array, Array, Array, Array]:
-    """wrist (7), joints (n), targets (m, 3), gains (m) of unscaled y about a seed pose; the rest is left out."""
-    n, m = len(hand.joint_names), len(hand.fingers)
-    tangent, targets, gains = np.split(y[: 6 + n + 4 * m], [6 + n, 6 + n + 3 * m])
-    return *integrate(hand, wrist, joints, tangent), targets.reshape(m, 3), gains
-
-
 def frame(hand: Hand, structure: Structure, row_sizes: Sequence[int]) -> dict[str, Any]:
     """The fields of an `Nlp` that need no symbolic function, for the number of rows of each constraint."""
-    added = structure.formulation.variables(hand)
+    variables = structure.variables(hand)
     return {
         "structure": structure,
         "hand": hand,
         "parameters": parameter_vector(hand, len(structure.terms)),
-        "layout": Layout(len(hand.fingers), structure.samples, len(hand.spheres)),
+        "layout": layout(hand, structure),
         "terms_used": structure.objective,
         "constraints": structure.rows,
         "row_sizes": tuple(row_sizes),
         "row_names": row_names(hand, structure.rows, row_sizes),
-        "variable_names": variable_names(hand) + added.names,
-        "units": np.concatenate([variable_units(hand), added.units]),
+        "variable_names": variables.names,
+        "units": variables.units,
     }
 
 
@@ -129,7 +108,7 @@ def frame(hand: Hand, structure: Structure, row_sizes: Sequence[int]) -> dict[st
 def build(hand: Hand, structure: Structure) -> Nlp:
     """Build the functions of a hand and structure; the same ones give the same object."""
     terms, constraints = structure.objective, structure.rows
-    units = np.concatenate([variable_units(hand), structure.formulation.variables(hand).units])
+    units = structure.variables(hand).units
     p, par = parameter_vector(hand, len(structure.terms)).symbols()
     lifting = Lifting(ca.SX.sym("x", len(units)))
     model = Model(hand, structure, lifting, par, units)

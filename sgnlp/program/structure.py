@@ -5,9 +5,11 @@ from dataclasses import dataclass, replace
 from math import inf
 
 from sgnlp.base.settings import Settings
+from sgnlp.hand.hand import Hand
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.formulation import Formulation
 from sgnlp.program.terms.term import Term
+from sgnlp.program.variables import AtContact, Variables, common
 
 OURS = "sgnlp.program."
 """Where what is built in comes from; its source is in the key of compiled functions anyway."""
@@ -21,8 +23,13 @@ class Structure:
     samples: int
     density: str
     equilibrium: str
+    at_contact: AtContact  # the variables of the hand at first contact that the program has
     terms: tuple[Term, ...]  # of weight 1
     constraints: tuple[Constraint, ...]  # without bounds
+
+    def variables(self, hand: Hand) -> Variables:
+        """All variables of the program, in their order."""
+        return common(hand) + self.at_contact.of(hand) + self.formulation.variables(hand)
 
     @property
     def objective(self) -> tuple[Term, ...]:
@@ -45,7 +52,7 @@ class Structure:
         parts = [_key(self.formulation, type(self.formulation).__module__)]
         parts += [_key(term, type(term).__module__) for term in self.terms]
         parts += [_key(c, getattr(c.value, "__module__", None) or "") for c in self.constraints]
-        numbers = f"{self.samples} {self.density} {self.equilibrium}"
+        numbers = f"{self.samples} {self.density} {self.equilibrium} {self.at_contact}"
         return None if None in parts else " ".join([numbers, *map(str, parts)])
 
 
@@ -66,12 +73,14 @@ def structure(
     Raises `InputError` if the formulation cannot say what the settings ask for.
     """
     formulation.check(settings)
-    contact = settings.contact
+    contact, closing = settings.contact, settings.closing
+    planned = closing.planned and formulation.plans_contact
     return Structure(
         formulation=formulation,
         samples=contact.samples,
         density=contact.density,
         equilibrium=contact.equilibrium,
+        at_contact=AtContact(planned, planned and closing.c_freedom > 0),
         terms=tuple(replace(term, weight=1.0) for term in terms),
         constraints=tuple(replace(c, lower=-inf, upper=inf) for c in constraints),
     )

@@ -36,16 +36,9 @@ def command(grasps: Grasps, index: int = 0) -> Command:
     closing = Settings.restored(grasps.meta["settings"]).closing
     names = ("wrist", "joints", "targets", "gains", "contacts_eq", "forces_eq", "rotation_eq", "translation_eq")
     return Command(
-        **{name: getattr(grasps, name)[index] for name in names},
+        **{name: getattr(grasps, name)[index] for name in (*names, "joints_contact", "joints_squeeze")},
         tips=grasps.tips_pregrasp[index],
-        joints_contact=known(grasps.joints_contact[index]),
-        joints_squeeze=known(grasps.joints_squeeze[index]),
         closing_seconds=closing.seconds,
         posture=closing.posture,
         joint_stiffness=closing.joint_stiffness,
     )
-
-
-def known(joints: Array | None) -> Array | None:
-    """Joints that were planned; None where they are missing or NaN."""
-    return joints if joints is not None and np.isfinite(joints).all() else None

@@ -4,7 +4,7 @@ from sgnlp.base.errors import InputError
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.solution import Solution
 from sgnlp.simulation.body import true_body
-from sgnlp.simulation.command import Command, known
+from sgnlp.simulation.command import Command
 from sgnlp.simulation.judge import DEFAULTS, execute
 from sgnlp.simulation.outcome import Outcome
 from sgnlp.simulation.settings import SimulationSettings
@@ -25,8 +25,8 @@ def simulate(solution: Solution | None, observation: Observation, settings: Simu
         tips=g.tips,
         targets=g.targets,
         gains=g.gains,
-        joints_contact=known(solution.joints_contact),
-        joints_squeeze=known(solution.joints_squeeze),
+        joints_contact=solution.joints_contact,
+        joints_squeeze=solution.joints_squeeze,
         closing_seconds=closing.seconds,
         posture=closing.posture,
         joint_stiffness=closing.joint_stiffness,

@@ -84,23 +84,25 @@ def metric() -> dict[str, ca.Function]:
 class Layout:
     """The query points of m fingers with K samples each and S spheres, and the jets that each kind needs.
 
-    Order of the points: contacts p (m), path (m K, finger by finger), spheres (S), feet p - r n(p) of the contacts
-    on the surface (m), targets (m). The feet follow from the surface; all others are given.
+    Order of the points: contacts p (m), path (m K, finger by finger), spheres (S), those of the links at first contact
+    (L, if that is planned), feet p - r n(p) of the contacts on the surface (m), targets (m). The feet follow from the
+    surface; all others are given.
     """
 
     m: int
     K: int
     S: int
+    L: int = 0
 
     @property
     def points(self) -> int:
         """Q, the number of query points."""
-        return 3 * self.m + self.m * self.K + self.S
+        return self.before_feet + 2 * self.m
 
     @property
     def before_feet(self) -> int:
         """The number of points that stand before the feet."""
-        return self.m + self.m * self.K + self.S
+        return self.m + self.m * self.K + self.S + self.L
 
     @property
     def uncertain(self) -> int:

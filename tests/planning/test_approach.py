@@ -4,9 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import SMALL, exact_grasp, posed, random_point, unbuilt
+from scenes import SMALL, exact_grasp, posed, pregrasp, random_point, unbuilt
 
-from sgnlp.hand.kinematics import integrate
 from sgnlp.planning.approach import approaches
 from sgnlp.program.ops import Exact
 from sgnlp.program.terms.contact import Uncertainty
@@ -18,10 +17,8 @@ def test_the_paths_add_up_to_the_term_of_the_energy(density):
     nlp = unbuilt(problem)
     start, x = random_point(problem, nlp, 3)
     problem = replace(problem, settings=replace(SMALL, contact=replace(SMALL.contact, density=density)))
-    g = exact_grasp(problem, start, x)
-    n = len(problem.hand.joint_names)
-    wrist, joints = integrate(problem.hand, start.wrist, start.joints, (x * nlp.units)[: 6 + n])
-    found = approaches(problem, wrist, joints, g.targets, g.gains)
+    g, at = exact_grasp(problem, start, x), pregrasp(problem, start, x)
+    found = approaches(problem, at)
     total = sum(path.sample_density.mean() - path.contact_density for path in found)
     assert total == pytest.approx(float(Uncertainty().value(g, Exact())), rel=1e-12)
     for i, path in enumerate(found):

@@ -23,7 +23,7 @@ from sgnlp.planning.solvers.first_order import (
 from sgnlp.planning.solvers.solver import NlpInstance
 from sgnlp.planning.starts import starts
 from sgnlp.program.formulations.penalty import Penalty
-from sgnlp.program.nlp import UNITS
+from sgnlp.program.variables import UNITS
 
 RATE = np.array([0.1, 0.02])
 X, GRADIENTS = np.array([1.0, -2.0]), np.array([[0.5, -4.0], [0.25, 1.0], [-1.0, 0.0]])

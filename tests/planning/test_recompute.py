@@ -6,7 +6,7 @@ from functools import cache
 import casadi as ca
 import numpy as np
 import pytest
-from scenes import SMALL, exact_grasp, hand, oracle, posed, random_point, random_rotation
+from scenes import REACHING, SMALL, exact_grasp, hand, oracle, posed, random_point, random_rotation, with_added
 
 from sgnlp.base.settings import Contact, Settings
 from sgnlp.hand.hand import Hand
@@ -16,6 +16,7 @@ from sgnlp.program.grasp import Grasp
 from sgnlp.program.lifting import Lifting
 from sgnlp.program.model import Model
 from sgnlp.program.oracle import SurfaceJets
+from sgnlp.program.variables import variable_units
 
 LOADED = replace(SMALL, contact=Contact(mass=0.3, friction=0.7, samples=4))
 MOVED = replace(
@@ -46,13 +47,15 @@ def both(settings: Settings, seed: int) -> tuple[dict[str, np.ndarray], Grasp]:
     functions, problem = oracle(settings, "constrained"), posed(settings)
     start, x = random_point(problem, functions.nlp, seed)
     p = problem.parameters(functions.nlp, start.wrist, start.joints)
+    x = with_added(functions, x, p, problem.row_bounds(functions.nlp))
+    x[len(variable_units(problem.hand)) :] += 0.05  # off what inverse kinematics finds, if there is any
     f, names = symbolic_grasp(settings)
     numbers = f(x, p, *SurfaceJets(functions.surface, complete=True)(*functions.nlp.points(x, p)))
     smooth = {name: np.array(number) for name, number in zip(names, numbers, strict=True)}
     return smooth, exact_grasp(problem, start, x)
 
 
-@pytest.mark.parametrize("settings", [LOADED, NO_PAD, MOVED], ids=["loaded", "no_pad", "moved"])
+@pytest.mark.parametrize("settings", [LOADED, NO_PAD, MOVED, REACHING], ids=["loaded", "no_pad", "moved", "reaching"])
 @pytest.mark.parametrize("seed", range(4))
 def test_the_numpy_grasp_equals_the_symbolic_one(settings, seed):
     smooth, exact = both(settings, seed)
@@ -65,6 +68,11 @@ def test_the_numpy_grasp_equals_the_symbolic_one(settings, seed):
         "torques_eq",
         "rotation_desired",
         "pad_clearances",
+        "joints_contact",
+        "reach_errors",
+        "object_clearances_contact",
+        "table_clearances_contact",
+        "pair_clearances_contact",
         "wrist_position",
         "wrist_rotation",
         "centre",

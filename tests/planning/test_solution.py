@@ -5,10 +5,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scenes import SMALL, exact_grasp, oracle, posed, random_grasp, random_point, with_settings
+from scenes import REACHING, SMALL, exact_grasp, oracle, posed, random_grasp, random_point, with_added, with_settings
 from scipy.spatial.transform import Rotation
 
 from sgnlp.base.errors import SgnlpError
+from sgnlp.hand.kinematics import frames
 from sgnlp.planning.kkt import Kkt
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.planner import History, Iterate
@@ -17,6 +18,7 @@ from sgnlp.program.constraint import Constraint
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.ops import Exact
 from sgnlp.program.terms.spring import margins
+from sgnlp.program.variables import variable_units
 
 CLEAR = np.full(3, 0.02)  # [m]
 N = len(posed(SMALL).hand.joint_names)
@@ -28,6 +30,7 @@ def good(settings=SMALL) -> Grasp:
     return replace(
         g,
         joints=(hand.lower + hand.upper) / 2,
+        joints_contact=(hand.lower + hand.upper) / 2,
         gaps=np.zeros(4),
         object_clearances=CLEAR,
         pad_clearances=CLEAR,
@@ -203,7 +206,7 @@ def made(seed: int = 0) -> tuple[Solution, Grasp]:
     iterate = Iterate(
         start.index, "penalty", x, np.zeros(0), 1e9, Kkt(0.1, 0.2, 0.3), "Solve_Succeeded", 7, 0.5, history
     )
-    return solution(problem, start, iterate, nlp.units), exact_grasp(problem, start, x)
+    return solution(problem, start, iterate, nlp), exact_grasp(problem, start, x)
 
 
 def test_a_solution_is_recomputed_and_not_believed():
@@ -228,6 +231,75 @@ def test_the_contact_points_lie_a_pad_radius_below_the_centres():
 def test_the_pose_of_a_solution_moves_contacts_to_the_equilibrium():
     s, g = made(3)
     np.testing.assert_allclose(g.contacts @ s.grasp.rotation.T + s.translation_eq, g.contacts_eq, atol=1e-12)
+
+
+# --- the hand at first contact ---------------------------------------------------------------------------------------
+
+
+def touched(seed: int = 0) -> tuple[Solution, Grasp]:
+    """The solution of a constrained iterate with the hand at first contact planned, and the grasp there."""
+    problem, functions = posed(REACHING), oracle(REACHING, "constrained")
+    start, x = random_point(problem, functions.nlp, seed)
+    p = problem.parameters(functions.nlp, start.wrist, start.joints)
+    x = with_added(functions, x, p, problem.row_bounds(functions.nlp))
+    x[len(variable_units(problem.hand)) :] += 0.03
+    ended = Iterate(0, "constrained", x, p, 1e9, Kkt(0, 0, 0), "", 7, 0.5, History(*[np.zeros(8)] * 5))
+    return solution(problem, start, ended, functions.nlp), exact_grasp(problem, start, x)
+
+
+def test_planned_joints_at_contact_and_c_are_those_of_the_variables():
+    s, g = touched()
+    np.testing.assert_array_equal(s.joints_contact, g.joints_contact)
+    np.testing.assert_allclose(g.contacts - g.targets, s.c[:, None] * (g.tips - g.targets), atol=1e-15)
+    np.testing.assert_allclose(s.c, REACHING.contact.c + 0.03)
+    np.testing.assert_allclose(s.clearances_contact, g.object_clearances_contact, atol=1e-12)
+
+
+def test_unplanned_joints_at_contact_are_those_that_reach_the_contacts():
+    s, g = made()
+    tips, spheres = frames(posed(SMALL).hand, s.wrist, s.joints_contact)
+    far = np.linalg.norm(tips - g.contacts, axis=1)
+    assert far.max() < np.linalg.norm(g.tips - g.contacts, axis=1).max()
+    links = np.delete(spheres, posed(SMALL).hand.tip_spheres, axis=0)
+    radii = np.delete(g.radii, posed(SMALL).hand.tip_spheres)
+    np.testing.assert_allclose(s.clearances_contact, posed(SMALL).gpis.distance(links) - radii)
+
+
+@pytest.mark.parametrize("solved", [made, touched])
+def test_the_squeeze_is_as_far_as_the_torques_at_equilibrium_over_the_stiffness_of_a_joint(solved):
+    s, g = solved()
+    hand, step = posed(SMALL).hand, 1e-6
+    slopes = [
+        (frames(hand, s.wrist, s.joints_contact + e)[0] - frames(hand, s.wrist, s.joints_contact - e)[0]) / (2 * step)
+        for e in step * np.eye(N)
+    ]
+    torques = np.array([(slope * g.forces_eq).sum() for slope in slopes])
+    np.testing.assert_allclose(s.joints_squeeze - s.joints_contact, torques / SMALL.closing.joint_stiffness, atol=1e-7)
+
+
+def test_the_joint_limits_hold_at_first_contact_too():
+    assert failed(replace(good(), joints_contact=beyond("upper", 1e-3))) == {"joint_limits"}
+
+
+def test_a_link_that_meets_the_object_on_the_way_to_the_contacts_fails_that_check():
+    problem, (s, g) = posed(REACHING), touched()
+    links = [i for i in range(len(g.radii)) if i not in problem.hand.tip_spheres]
+    way = next(check for check in s.checks if check.name == "way")
+    shares = np.arange(1, 6) / 6
+    worst = min(
+        min(
+            float(problem.gpis.distance(centre[None])[0] - radius),
+            float(centre[2] - radius - problem.table_height),
+        )
+        for share in shares
+        for centre, radius in zip(
+            frames(problem.hand, s.wrist, g.joints + share * (g.joints_contact - g.joints))[1][links],
+            g.radii[links],
+            strict=True,
+        )
+    )
+    assert way.value == pytest.approx(1e3 * worst)
+    assert way.passed == (worst >= -1e-3)
 
 
 # --- ranking ---------------------------------------------------------------------------------------------------------

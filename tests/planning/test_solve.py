@@ -235,7 +235,7 @@ def test_each_formulation_converges_by_itself(name):
     assert iterate.status == "Solve_Succeeded"
     assert iterate.kkt.worst < 1e-5
     assert iterate.iterations > 5
-    found = solution(planner.problem, start, iterate, planner.stages[-1].nlp.units)
+    found = solution(planner.problem, start, iterate, planner.stages[-1].nlp)
     assert found.feasible or name == "penalty"
 
 

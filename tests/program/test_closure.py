@@ -14,16 +14,15 @@ from sgnlp.hand.kinematics import frames, integrate
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.pool import solve_start
 from sgnlp.planning.problem import Problem
-from sgnlp.planning.recompute import recompute
 from sgnlp.planning.solution import Solution
 from sgnlp.planning.solvers.ipopt import Ipopt
 from sgnlp.planning.solvers.solver import NlpInstance
 from sgnlp.planning.starts import initial, starts
 from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.program.grasp import Grasp
-from sgnlp.program.nlp import variable_units
 from sgnlp.program.ops import Exact
 from sgnlp.program.terms.spring import margins
+from sgnlp.program.variables import variable_units
 
 
 def small(name: str) -> Settings:
@@ -89,8 +88,7 @@ def inner(bend: float, friction: float) -> Grasp:
         answer = Ipopt().solve(instance, x)
         assert answer.status == "Solve_Succeeded", width
         x = answer.x
-    m, found = len(hand().fingers), x * nlp.units
-    return recompute(problem, start.wrist, joints, found[6 + n : 6 + n + 3 * m].reshape(m, 3), found[-m:])[0]
+    return exact_grasp(problem, replace(start, joints=joints), x)
 
 
 @pytest.mark.parametrize("friction", [0.2, 0.6, 1.0])

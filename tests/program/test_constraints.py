@@ -4,12 +4,14 @@ from dataclasses import replace
 from math import inf
 
 import numpy as np
+import pinocchio as pin
 import pytest
-from scenes import SMALL, exact_grasp, hand, oracle, posed, random_grasp, random_point
+from scenes import SMALL, exact_grasp, hand, oracle, posed, pregrasp, random_grasp, random_point, unbuilt
 
 from sgnlp.base.presets import PRESETS, ROBUST
 from sgnlp.base.settings import Limits
-from sgnlp.planning.recompute import rotation_angle
+from sgnlp.hand.kinematics import frames
+from sgnlp.planning.recompute import recompute, rotation_angle
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.constraints import CONSTRAINTS, preset_constraints
 from sgnlp.program.equilibrium import GRAVITY
@@ -25,6 +27,7 @@ MOVED = replace(
     weights=replace(HEAVY.weights, pose=1.0),
 )
 CLOSURE = replace(HEAVY, contact=replace(HEAVY.contact, metric="closure", heuristic=1.6))
+PLANNED = replace(HEAVY, closing=replace(HEAVY.closing, planned=True))
 ALL = {c.name: c for c in (*CONSTRAINTS, *EQUATIONS)}
 NAMES = list(ALL)
 PAD = 0.012
@@ -43,7 +46,7 @@ def bound(name: str, *choices) -> Constraint:
 
 
 def violated(name: str, g: Grasp, *choices) -> bool:
-    constraint = bound(name, *(choices or (HEAVY, CLOSURE)))
+    constraint = bound(name, *(choices or (PLANNED, CLOSURE)))
     return bool((rows(name, g) < constraint.lower).any() or (rows(name, g) > constraint.upper).any())
 
 
@@ -63,10 +66,16 @@ def distance(points) -> np.ndarray:
     return np.array([gpis.mean(z[None])[0] / np.sqrt((gpis.gradient(z[None]) ** 2).sum() + 1e-6) for z in points])
 
 
-def spheres(g: Grasp) -> list[tuple[np.ndarray, float]]:
+def spheres(centres) -> list[tuple[np.ndarray, float]]:
     """Centre and radius of every sphere that is no pad."""
     radii = [sphere.radius for sphere in hand().spheres]
-    return [pair for i, pair in enumerate(zip(g.spheres, radii, strict=True)) if i not in hand().tip_spheres]
+    return [pair for i, pair in enumerate(zip(centres, radii, strict=True)) if i not in hand().tip_spheres]
+
+
+def touching(g: Grasp) -> tuple[np.ndarray, np.ndarray]:
+    """Tips and centres of the spheres at first contact, by numeric Pinocchio."""
+    wrist = pin.SE3ToXYZQUAT(pin.SE3(g.wrist_rotation, g.wrist_position))
+    return frames(hand(), wrist, g.joints_contact)
 
 
 def gaps(g: Grasp) -> np.ndarray:
@@ -84,8 +93,8 @@ def turning_stiffness(g: Grasp) -> float:
     return float(np.linalg.det(np.trace(S) * np.eye(3) - S) / np.trace(S) ** 2)
 
 
-def pair_clearances(g: Grasp) -> list[float]:
-    balls = list(zip(g.spheres, [sphere.radius for sphere in hand().spheres], strict=True))
+def pair_clearances(centres) -> list[float]:
+    balls = list(zip(centres, [sphere.radius for sphere in hand().spheres], strict=True))
     return [np.sqrt(((balls[i][0] - balls[j][0]) ** 2).sum()) - balls[i][1] - balls[j][1] for i, j in hand().pairs]
 
 
@@ -115,11 +124,15 @@ FORMULAS = {
     "margin_equilibrium": lambda g: margin(g.forces_eq, g.normals @ g.rotation.T, g.friction),
     "force": lambda g: np.sqrt((g.forces_eq**2).sum(axis=1)),
     "shift": lambda g: np.linalg.norm(g.contacts_eq - g.contacts, axis=1),
-    "object": lambda g: [distance([centre])[0] - radius for centre, radius in spheres(g)],
+    "object": lambda g: [distance([centre])[0] - radius for centre, radius in spheres(g.spheres)],
     "pads_object": lambda g: distance(g.tips) - PAD,
-    "table": lambda g: [centre[2] - radius for centre, radius in spheres(g)],
+    "table": lambda g: [centre[2] - radius for centre, radius in spheres(g.spheres)],
     "pads_table": lambda g: g.tips[:, 2] - PAD,
-    "self": pair_clearances,
+    "self": lambda g: pair_clearances(g.spheres),
+    "reach": lambda g: touching(g)[0] - g.contacts,
+    "object_contact": lambda g: [distance([centre])[0] - radius for centre, radius in spheres(touching(g)[1])],
+    "table_contact": lambda g: [centre[2] - radius for centre, radius in spheres(touching(g)[1])],
+    "self_contact": lambda g: pair_clearances(touching(g)[1]),
     "contact_table": lambda g: g.contacts[:, 2] - PAD,
     "equilibrium_table": lambda g: (from_centre(g) + centre_eq(g))[:, 2] - PAD,
     "sag": lambda g: g.gains.sum(),
@@ -139,7 +152,10 @@ FORMULAS = {
 
 @pytest.fixture
 def g() -> Grasp:
-    return random_grasp(HEAVY, 0)
+    problem = posed(PLANNED)
+    at = pregrasp(problem, *random_point(problem, unbuilt(problem), 0))
+    bent = np.clip(at.joints + 0.2, hand().lower, hand().upper)
+    return recompute(problem, replace(at, joints_contact=bent))[0]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -150,7 +166,7 @@ def test_the_rows_of_a_constraint_are_those_of_its_equation(g, name):
 
 CENTIMETRES = (
     *("workspace", "contact", "shift", "object", "pads_object", "table", "pads_table", "self"),
-    *("contact_table", "equilibrium_table"),
+    *("contact_table", "equilibrium_table", "reach", "object_contact", "table_contact", "self_contact"),
 )
 ONES = {
     **dict.fromkeys(CENTIMETRES, 0.01),
@@ -195,6 +211,19 @@ BAD = {  # what makes a grasp violate each constraint, and what does not
     "self": ({"pair_clearances": np.array([0.1, -1e-4])}, {"pair_clearances": np.array([0.1, 1e-4])}),
     "contact_table": ({"contact_heights": np.array([-1e-4])}, {"contact_heights": np.array([1e-4])}),
     "equilibrium_table": ({"contact_heights_eq": np.array([-1e-4])}, {"contact_heights_eq": np.array([1e-4])}),
+    "reach": ({"reach_errors": np.eye(4, 3) * 1e-4}, {"reach_errors": np.zeros((4, 3))}),
+    "object_contact": (
+        {"object_clearances_contact": np.array([0.1, 1.9e-3])},
+        {"object_clearances_contact": np.array([0.1, 2.1e-3])},
+    ),
+    "table_contact": (
+        {"table_clearances_contact": np.array([0.1, 1.9e-3])},
+        {"table_clearances_contact": np.array([0.1, 2.1e-3])},
+    ),
+    "self_contact": (
+        {"pair_clearances_contact": np.array([0.1, -1e-4])},
+        {"pair_clearances_contact": np.array([0.1, 1e-4])},
+    ),
     "sag": ({"gains": np.full(4, 40.0)}, {"gains": np.full(4, 60.0)}),  # 0.2 kg over 1 cm: 196 N/m
     "tip": ({"tip_errors": np.eye(4, 3) * 1e-4}, {"tip_errors": np.zeros((4, 3))}),
     "balance_force": ({"wrench_eq": np.array([[0, 0, 1e-3], [0, 0, 0]])}, {"wrench_eq": np.zeros((2, 3))}),
@@ -242,6 +271,7 @@ def test_the_penalty_formulation_keeps_only_what_makes_it_well_posed():
         "cone",
         "press",
     ]
+    assert names(PLANNED, "penalty") == names(HEAVY, "penalty")
     assert len(ALL) == len(CONSTRAINTS) + len(EQUATIONS)
 
 
@@ -255,6 +285,8 @@ def test_a_metric_has_its_own_constraints_and_those_of_every_grasp():
     for form in ("penalty", "constrained"):
         assert set(names(dictated, form)) - set(names(free, form)) == {"gains"}
     assert set(names(HEAVY, "constrained")) - spring == {"torque_initial", "torque_equilibrium"}
+    reaching = {"reach", "object_contact", "table_contact", "self_contact"}
+    assert set(names(PLANNED, "constrained")) - set(names(HEAVY, "constrained")) == reaching
     assert set(names(HEAVY, "lifted")) - set(names(HEAVY, "constrained")) == {c.name for c in EQUATIONS}
 
 
@@ -270,9 +302,17 @@ def test_forces_that_hardly_press_violate_the_least_normal_force_whatever_their_
 
 
 def test_without_a_pregrasp_the_pads_need_no_clearance_from_the_object(g):
-    touching = replace(g, pad_clearances=np.full(4, -2e-3))
-    assert violated("pads_object", touching)
-    assert not violated("pads_object", touching, replace(HEAVY, contact=replace(HEAVY.contact, c=1.0)))
+    near = replace(g, pad_clearances=np.full(4, -2e-3))
+    assert violated("pads_object", near)
+    assert not violated("pads_object", near, replace(HEAVY, contact=replace(HEAVY.contact, c=1.0)))
+
+
+def test_the_error_of_the_place_and_the_margin_add_up_to_the_gap():
+    limits = replace(PLANNED.limits, object_margin=0.003, place_error=0.005)
+    wide = replace(PLANNED, limits=limits)
+    for name in ("object", "pads_object"):
+        assert bound(name, wide).lower == pytest.approx(0.008)
+    assert bound("object_contact", wide).lower == PLANNED.closing.margin
 
 
 def test_shift_and_rotation_are_bounded_about_the_desired_pose():

@@ -38,7 +38,7 @@ def at(functions: Oracle, settings: Settings = ELASTIC, seed: int = 0):
 def solved(settings: Settings, index: int = 0) -> Solution:
     planner = Planner(posed(settings))
     start = starts(planner.problem, index + 1, 0)[index]
-    return solution(planner.problem, start, planner.solve(start), planner.stages[-1].nlp.units)
+    return solution(planner.problem, start, planner.solve(start), planner.stages[-1].nlp)
 
 
 def test_the_rows_and_the_objective_are_the_constrained_ones_and_the_slacks():

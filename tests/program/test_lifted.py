@@ -12,7 +12,7 @@ from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Contact, Settings, Solver
 from sgnlp.program.formulations import formulation
 from sgnlp.program.formulations.lifted import EQUATIONS
-from sgnlp.program.nlp import variable_units
+from sgnlp.program.variables import variable_units
 
 
 def at(settings: Settings, seed: int = 0):

@@ -6,13 +6,14 @@ import casadi as ca
 import numpy as np
 import pytest
 from finite_differences import assert_jacobian, jacobian
-from scenes import SMALL, block, exact_grasp, hand, oracle, posed, random_point, with_added
+from scenes import REACHING, SMALL, block, exact_grasp, hand, oracle, posed, random_point, with_added
 
 from sgnlp.base.settings import Contact, GpisSettings, Settings, Weights
 from sgnlp.experiments.benchmarks.plain import plain, plain_hessian
 from sgnlp.program.formulations import formulation
-from sgnlp.program.nlp import UNITS, build, variable_units
+from sgnlp.program.nlp import build
 from sgnlp.program.oracle import Oracle
+from sgnlp.program.variables import UNITS, variable_units
 from sgnlp.surface.kernels import KERNELS
 
 FORMULATIONS = ("penalty", "constrained", "lifted")
@@ -57,6 +58,21 @@ def test_the_derivatives_of_joint_torques_match_differences(form):
 )
 def test_the_derivatives_of_desired_motion_and_of_force_closure_match_differences(settings, form):
     check(*scene(settings, form, seed=2))
+
+
+@pytest.mark.parametrize("form", ["constrained", "lifted"])
+def test_the_derivatives_of_the_hand_at_contact_match_differences(form):
+    check(*scene(REACHING, form, seed=5))
+
+
+def test_the_variables_at_contact_are_c_of_each_finger_and_then_the_joints():
+    functions = oracle(REACHING, "constrained")
+    first = len(variable_units(hand()))
+    names, units = functions.nlp.variable_names[first:], functions.nlp.units[first:]
+    assert names[: len(hand().fingers)] == tuple(f"c.{finger.name}" for finger in hand().fingers)
+    assert names[len(hand().fingers) :] == tuple(f"contact.{name}" for name in hand().joint_names)
+    np.testing.assert_array_equal(units, 1.0)
+    assert len(oracle(REACHING, "penalty").nlp.units) == first
 
 
 @pytest.mark.parametrize("form", FORMULATIONS)
@@ -109,8 +125,10 @@ def test_so_does_the_whole_hessian_of_the_benchmark():
     np.testing.assert_allclose(np.array(functions.hessian(x, p, 0.7, lam)), H, rtol=1e-9, atol=1e-9 * np.abs(H).max())
 
 
-@pytest.mark.parametrize(("settings", "form"), [(MOVED, "constrained"), (CLOSURE, "penalty")], ids=["moved", "closure"])
-def test_so_it_does_with_a_desired_motion_and_for_force_closure(settings, form):
+@pytest.mark.parametrize(
+    ("settings", "form"), [(MOVED, "constrained"), (CLOSURE, "penalty"), (REACHING, "constrained")]
+)
+def test_so_it_does_with_a_desired_motion_for_force_closure_and_with_the_hand_at_contact(settings, form):
     compare_with_casadi(settings, form)
 
 

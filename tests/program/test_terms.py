@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 from finite_differences import assert_jacobian, jacobian
-from scenes import SMALL, block, exact_grasp, oracle, posed, random_grasp, random_point
+from scenes import REACHING, SMALL, block, exact_grasp, oracle, posed, random_grasp, random_point
 from scipy.spatial.transform import Rotation
 
 from sgnlp.base.settings import Settings, Smoothing, Weights
@@ -15,9 +15,10 @@ from sgnlp.program.grasp import Grasp
 from sgnlp.program.nlp import ENERGY_UNIT
 from sgnlp.program.ops import Exact
 from sgnlp.program.terms import CLOSURE as OF_CLOSURE
-from sgnlp.program.terms import COMPLIANT
+from sgnlp.program.terms import COMPLIANT, preset_terms
 from sgnlp.program.terms.collision import SLOPE
 from sgnlp.program.terms.contact import FAINT_DENSITY
+from sgnlp.program.terms.regularisation import Closing
 from sgnlp.program.terms.spring import margins
 
 DISPLACEMENT, TURN = (0.004, -0.003, 0.01), (0.1, -0.2, 0.15)
@@ -181,7 +182,8 @@ def test_the_smooth_terms_tend_to_the_exact_ones(seed, metric):
 
 
 def test_every_term_has_a_weight_and_every_weight_a_term():
-    assert {term.setting for term in ALL.values()} == {field.name for field in fields(Weights)}
+    settings = {term.setting for term in (*ALL.values(), Closing())}
+    assert settings == {field.name for field in fields(Weights)}
     assert len({type(term) for term in ALL.values()}) == len(NAMES)
 
 
@@ -328,3 +330,13 @@ def test_more_force_lowers_the_force_term_up_to_the_least_force_and_no_further(g
 
 def test_a_stiffer_equilibrium_lowers_the_stability_term(g):
     assert value("stability", replace(g, stiffness=0.2)) < value("stability", replace(g, stiffness=0.1))
+
+
+def test_the_closing_term_is_the_squared_motion_of_the_joints_to_first_contact():
+    g = random_grasp(SMALL, 0)
+    bent = replace(g, joints_contact=g.joints + np.arange(len(g.joints)) / 10)
+    term = Closing(weight=2.0)
+    assert term.value(g, Exact()) == 0.0
+    assert term.value(bent, Exact()) == pytest.approx(sum((i / 10) ** 2 for i in range(len(g.joints))))
+    names = [term.name for term in preset_terms(REACHING)]
+    assert names == [*(term.name for term in preset_terms(SMALL)), "closing"]

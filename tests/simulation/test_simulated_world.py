@@ -117,12 +117,12 @@ def test_a_command_is_the_grasp_of_its_rank():
     assert command(grasps).wrist == "wrist 0"
 
 
-def test_joints_that_were_not_planned_are_none_and_a_result_without_settings_of_closing_has_the_default_ones():
+def test_a_command_carries_the_joints_of_its_grasp_and_a_result_without_settings_of_closing_the_default_ones():
     names = ("wrist", "joints", "targets", "gains", "contacts_eq", "forces_eq", "rotation_eq", "translation_eq")
     grasps = SimpleNamespace(**{name: [0] for name in (*names, "tips_pregrasp")}, meta={"settings": {}})
-    grasps.joints_contact = grasps.joints_squeeze = np.full((1, 16), np.nan)
+    grasps.joints_contact, grasps.joints_squeeze = [1], [2]
     told = command(grasps)
-    assert (told.joints_contact, told.joints_squeeze) == (None, None)
+    assert (told.joints_contact, told.joints_squeeze) == (1, 2)
     assert (told.closing_seconds, told.posture, told.joint_stiffness) == (1.0, 0.1, 1.0)
 
 

@@ -101,4 +101,4 @@ class Route:
     def solution(self, answer: Answer, kkt: Kkt | None = None) -> Solution:
         """The grasp that an answer stands for."""
         problem, iterate = self.planner.problem, self.planner.ended(self.start, [answer], kkt)
-        return solution(problem, self.start, iterate, self.last.nlp.units)
+        return solution(problem, self.start, iterate, self.last.nlp)

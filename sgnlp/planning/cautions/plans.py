@@ -96,7 +96,7 @@ def torques(result: Planned) -> str:
     if result.problem is None:
         return ""
     g, settings = result.grasps, result.problem.settings
-    grasp, _ = recompute(result.problem, g.wrist[0], g.joints[0], g.targets[0], g.gains[0])
+    grasp, _ = recompute(result.problem, g.posture())
     share = torque_share(grasp, settings.contact.metric)
     over = f"A joint torque is {share:.2f} times the hand's effort: --limits.effort 1 keeps it within."
     return over if share > 1.0 else ""

@@ -13,7 +13,7 @@ import numpy as np
 
 from sgnlp.hand.hand import Hand
 from sgnlp.planning.solvers.solver import Answer, Array, Entry, NlpInstance, Refusal, Solver
-from sgnlp.program.nlp import UNITS, variable_kinds
+from sgnlp.program.variables import UNITS, variable_kinds
 
 RATES = {"linear": 1e-3, "angular": 1e-3, "joint": 2e-3, "target": 2e-3, "gain": 0.5}
 """Learning rates of the release [m, rad, rad, m, N/m]."""

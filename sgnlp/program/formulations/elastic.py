@@ -18,7 +18,7 @@ from sgnlp.base.settings import Solver
 from sgnlp.program.formulation import Array, Bounds, Formulation, Phase
 from sgnlp.program.formulations.constrained import Constrained
 from sgnlp.program.formulations.penalty import Penalty
-from sgnlp.program.nlp import Nlp, variable_units
+from sgnlp.program.nlp import Nlp
 from sgnlp.program.oracle import Oracle
 from sgnlp.program.parameters import ParameterVector
 
@@ -82,5 +82,5 @@ class Elastic(Constrained):
 
     def strict(self, nlp: Nlp, x: Array) -> Array:
         """x with slacks of 0."""
-        shared = len(variable_units(nlp.hand))
-        return np.concatenate([x[:shared], np.zeros(len(x) - shared)])
+        slacks = 2 * sum(nlp.row_sizes)
+        return np.concatenate([x[: len(x) - slacks], np.zeros(slacks)])

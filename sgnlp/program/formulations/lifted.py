@@ -21,12 +21,13 @@ from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import frames
 from sgnlp.program import equilibrium
 from sgnlp.program.constraint import FORCE, LENGTH, TORQUE, Constraint
-from sgnlp.program.formulation import Array, Bounds, Variables
+from sgnlp.program.formulation import Array, Bounds
 from sgnlp.program.formulations.constrained import Constrained
 from sgnlp.program.lifting import Lifting
 from sgnlp.program.names import AXES
-from sgnlp.program.nlp import Nlp, grasp_variables, variable_units
+from sgnlp.program.nlp import Nlp
 from sgnlp.program.oracle import Oracle
+from sgnlp.program.variables import Variables, posture
 
 UNITS = {"tip": 0.1, "rotation": 0.1, "displacement": 0.01}
 """Units of the added variables [m, -, m], so that all are of order 1."""
@@ -68,9 +69,10 @@ class Lifted(Constrained):
     def begin(self, oracle: Oracle, x: Array, p: Array, g_bounds: Bounds) -> Array:
         """The tips, Gibbs vector and shift that x defines."""
         hand, given = oracle.nlp.hand, oracle.nlp.parameters.unpack(p)
-        *pose, o, k = grasp_variables(hand, given.wrist, given.joints, x * variable_units(hand))
-        a, _ = frames(hand, *pose)
-        grasp = ca.DM(o + given.c * (a - o)), ca.DM(o), ca.DM(k)
+        at = posture(hand, oracle.nlp.structure.at_contact, (given.wrist, given.joints), x, float(given.c[0]))
+        a, _ = frames(hand, at.wrist, at.joints)
+        o, k = at.targets, at.gains
+        grasp = ca.DM(o + at.c[:, None] * (a - o)), ca.DM(o), ca.DM(k)
         B = equilibrium.profile(*grasp, given.mass, ca.DM(given.com))
         R, _ = equilibrium.rotation(B, equilibrium.root_guess(B))
         shift = R @ given.com + equilibrium.translation(R, *grasp, given.mass) - given.com

@@ -13,6 +13,7 @@ class Penalty(Formulation):
     """min E: contact, force and clearances are terms of the energy."""
 
     exact_feet = False
+    plans_contact = False
 
     def terms(self, terms: Sequence[Term]) -> tuple[Term, ...]:
         """All of them."""

@@ -7,7 +7,7 @@ from sgnlp.program.terms.barrier import Stability
 from sgnlp.program.terms.closure import Closure, Deviation
 from sgnlp.program.terms.collision import Collision
 from sgnlp.program.terms.contact import Distance, Targets, Uncertainty
-from sgnlp.program.terms.regularisation import Gains, Joints, Motion, Pose
+from sgnlp.program.terms.regularisation import Closing, Gains, Joints, Motion, Pose
 from sgnlp.program.terms.spring import Force, Spring
 from sgnlp.program.terms.term import Term
 
@@ -34,6 +34,7 @@ __all__ = ["CLOSURE", "COMPLIANT", "Term", "preset_terms"]
 def preset_terms(settings: Settings) -> tuple[Term, ...]:
     """The built-in terms that settings ask for, with their weights; E_pose takes the place of the motion's penalty."""
     terms = COMPLIANT if settings.contact.metric == "spring" else CLOSURE
+    terms += (Closing(),) if settings.closing.planned else ()
     moved = settings.weights.pose > 0
     weights = {t: 0.0 if moved and isinstance(t, Motion) else getattr(settings.weights, t.setting) for t in terms}
     return tuple(replace(term, weight=weight) for term, weight in weights.items())

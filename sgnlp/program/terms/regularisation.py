@@ -30,6 +30,17 @@ class Joints(Term):
         return op.square(g.joints - g.reference)
 
 
+class Closing(Term):
+    """E_closing = |w - q|² over the joints: an impedance controller ends near where it begins."""
+
+    name = setting = "closing"
+    about = "joints at first contact near those of the pregrasp"
+
+    def value(self, g: Grasp, op: Ops) -> Any:
+        """In rad²."""
+        return op.square(g.joints_contact - g.joints)
+
+
 class Motion(Term):
     """Second half of E_reg: Σ |p_i - p_i(eq)|². Replaced by E_pose where that has a weight."""
 

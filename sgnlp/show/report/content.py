@@ -166,7 +166,7 @@ def paths(result: Reopened) -> Section:
     """Density of contact along each finger's path of the best grasp."""
     assert result.problem is not None
     g = result.grasps
-    found = approaches(result.problem, g.wrist[0], g.joints[0], g.targets[0], g.gains[0])
+    found = approaches(result.problem, g.posture())
     share = result.problem.settings.contact.density == "share"
     panels = figures.approach(found, ", share" if share else " [1/m]")
     caption = (

@@ -1,0 +1,87 @@
+"""The variables of a nonlinear program: in which order they stand, their units, and what they are of a grasp.
+
+    x = (v (6 + n), o (3 m), k (m) | c (m), w (n) | the formulation's own) / units
+
+The first block is that of every program. The second is there where the hand at first contact is planned: how far along
+its way each finger touches, if that is free, and the joints at first contact, with the same wrist.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.hand.hand import Hand
+from sgnlp.hand.kinematics import integrate
+from sgnlp.program.names import contact_names, variable_names
+
+Array = NDArray[np.float64]
+
+UNITS = {"linear": 0.1, "angular": 1.0, "joint": 1.0, "target": 0.1, "gain": 100.0}
+"""Units of the variables of every program [m, rad, rad, m, N/m], so that all are of order 1; at contact 1."""
+
+
+@dataclass(frozen=True)
+class Variables:
+    """Variables of a program: their names, and the units of the scaled ones."""
+
+    names: tuple[str, ...] = ()
+    units: Array = field(default_factory=lambda: np.zeros(0))
+
+    def __add__(self, other: "Variables") -> "Variables":
+        return Variables(self.names + other.names, np.concatenate([self.units, other.units]))
+
+
+@dataclass(frozen=True)
+class AtContact:
+    """Which variables of the hand at first contact a program has."""
+
+    joints: bool = False
+    c: bool = False
+
+    def of(self, hand: Hand) -> Variables:
+        """c of each finger and the joints of the hand, as far as they are variables."""
+        names = contact_names(hand, self.c, self.joints)
+        return Variables(names, np.ones(len(names)))
+
+
+def variable_kinds(hand: Hand) -> list[str]:
+    """The kind of each variable of every program, a key of `UNITS`: the order of x."""
+    n, m = len(hand.joint_names), len(hand.fingers)
+    return ["linear"] * 3 + ["angular"] * 3 + ["joint"] * n + ["target"] * (3 * m) + ["gain"] * m
+
+
+def variable_units(hand: Hand) -> Array:
+    """The unit of each variable that every program has."""
+    return np.array([UNITS[kind] for kind in variable_kinds(hand)])
+
+
+def common(hand: Hand) -> Variables:
+    """The variables of every program."""
+    return Variables(variable_names(hand), variable_units(hand))
+
+
+@dataclass(frozen=True, eq=False)
+class Posture:
+    """What variables stand for: a pregrasp with its springs, and the hand at first contact where it is planned."""
+
+    wrist: Array  # (7,) x y z [m] qx qy qz qw
+    joints: Array  # (n,) [rad]
+    targets: Array  # (m, 3) [m]
+    gains: Array  # (m,) [N/m]
+    c: Array  # (m,)
+    joints_contact: Array | None = None  # (n,) [rad]
+
+
+def posture(hand: Hand, at: AtContact, seed: tuple[Array, Array], x: Array, c: float) -> Posture:
+    """What scaled x (nx,) stand for about a seed pose (wrist (7), joints (n)); `c` is that of fixed fingers.
+
+    Variables of the formulation's own are left out.
+    """
+    n, m = len(hand.joint_names), len(hand.fingers)
+    units = variable_units(hand)
+    shared, added = x[: len(units)] * units, x[len(units) :]
+    tangent, targets, gains = np.split(shared, [6 + n, 6 + n + 3 * m])
+    own, added = (added[:m], added[m:]) if at.c else (np.full(m, c), added)
+    wrist, joints = integrate(hand, *seed, tangent)
+    return Posture(wrist, joints, targets.reshape(m, 3), gains, own, added[:n] if at.joints else None)
