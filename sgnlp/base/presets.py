@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from sgnlp.base.errors import unknown
-from sgnlp.base.settings import Contact, GpisSettings, Limits, Settings, Weights
+from sgnlp.base.settings import Closing, Contact, GpisSettings, Limits, Settings, Weights
 
 PAPER = Settings(limits=Limits(force_max=1e3), spheres="paper")
 """The paper's weights with its errata corrected."""
@@ -13,17 +13,29 @@ ROBUST = Settings(
     gpis=GpisSettings(exterior_noise=0.05),
     contact=Contact(friction=0.6, mass=0.3),
     weights=replace(Weights(), gain=0.0),
-    limits=Limits(force_min=4.0, rotation_deg=10.0, shift=0.01, gain_min=100.0, gain_max=400.0, table_margin=0.012),
+    closing=Closing(planned=True, c_freedom=0.3),
+    limits=Limits(
+        force_min=4.0,
+        rotation_deg=10.0,
+        shift=0.01,
+        gain_min=100.0,
+        gain_max=400.0,
+        table_margin=0.012,
+        place_error=0.008,
+        effort=1.0,
+    ),
 )
 """What held best in simulation: exterior points that close the surface near what was seen, more force and stiffness,
-reserves of friction and weight, the whole hand covered."""
+reserves of friction and weight, the whole hand covered, and the hand at first contact planned, within what its motors
+give and with a gap for an error of its place."""
 
 VARIANTS: dict[str, Callable[[Settings], Settings]] = {
     "bilevel-high": lambda s: _closure(s, gain_fixed=2.0),
     "bilevel-low": lambda s: _closure(s, gain_fixed=1.0),
     "bilevel-heuristic": lambda s: _closure(s, heuristic=1.6),
     "no-uncertainty": lambda s: replace(s, weights=replace(s.weights, uncer=0.0)),
-    "no-pregrasp": lambda s: replace(s, contact=replace(s.contact, c=1.0)),
+    "no-pregrasp": lambda s: _pregrasp_alone(replace(s, contact=replace(s.contact, c=1.0))),
+    "no-contact": lambda s: _pregrasp_alone(s),
     "no-pad": lambda s: replace(s, contact=replace(s.contact, pad=False)),
     "printed-equilibrium": lambda s: replace(s, contact=replace(s.contact, equilibrium="printed")),
     "lift": lambda s: replace(s, weights=replace(s.weights, pose=2000.0)),  # the release's for motion
@@ -32,6 +44,11 @@ VARIANTS: dict[str, Callable[[Settings], Settings]] = {
 
 α = 1.6 N (the paper gives none) has 110 N/m at the median contact, 14 mm, and the hand's 40 to 400 N/m at 40 and 4 mm.
 """
+
+
+def _pregrasp_alone(s: Settings) -> Settings:
+    """Nothing is planned of the hand at first contact, and the pregrasp has no gap."""
+    return replace(s, closing=replace(s.closing, planned=False), limits=replace(s.limits, place_error=0.0))
 
 
 def _closure(s: Settings, gain_fixed: float = 0.0, heuristic: float = 0.0) -> Settings:

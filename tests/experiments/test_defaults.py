@@ -39,7 +39,7 @@ def test_a_step_changes_what_it_says_and_nothing_else(name):
 
 
 def test_a_step_is_the_variant_of_the_same_name():
-    assert settings_of("pad ignored") == VARIANTS["no-pad"](ROBUST)
+    assert settings_of("pad ignored") == VARIANTS["no-pad"](settings_of(STEPS["pad ignored"].before))
 
 
 def test_every_object_is_tried_in_every_step_by_its_own_settings():
@@ -61,7 +61,7 @@ def test_the_rows_depend_on_the_settings_of_every_step_and_on_the_loads():
     assert facts["settings"] == asdict(ROBUST)
     assert list(facts["conditions"]) == list(STEPS)
     assert facts["conditions"][FINAL] == {"cameras": 2}
-    assert facts["conditions"]["ranked by energy"] == {"cameras": 2, "rank_by": "energy"}
+    assert facts["conditions"]["ranked by energy"]["rank_by"] == "energy"
     assert facts["conditions"]["paper"]["limits.force_min"] == PAPER.limits.force_min
     assert [load["mass"] for load in facts["loads"].values()] == [0.1, 0.3]
     assert facts["cleaning"]["max_points"] == ObservationSettings().max_points

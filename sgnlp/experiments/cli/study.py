@@ -8,7 +8,7 @@ import tyro
 from rich.console import Console
 
 from sgnlp.base.checked import Positive
-from sgnlp.base.errors import InputError
+from sgnlp.base.errors import InputError, unknown
 from sgnlp.cli import codes, lacks
 from sgnlp.cli.flags import ROWS
 from sgnlp.cli.progress import bars
@@ -17,7 +17,7 @@ from sgnlp.experiments.cli import failures
 from sgnlp.experiments.cli.collecting import Collecting
 from sgnlp.experiments.frames import frame
 from sgnlp.experiments.studies import STUDIES
-from sgnlp.experiments.studies.study import Setup
+from sgnlp.experiments.studies.study import Case, Setup
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import load
 from sgnlp.planning import results
@@ -44,6 +44,8 @@ class Study(Collecting):
     """the clouds, where the study is made on clouds"""
     half: Literal["tuning", "held_out"] | None = None
     """only the clouds of this half of a problem set"""
+    conditions: tuple[str, ...] = ()
+    """only these conditions, by their names in the study's tables; all if none is named"""
     timeout: Positive = 300.0
     """wall-clock limit of a start with all that it is compared with [s]"""
     pictures: bool = False
@@ -62,7 +64,7 @@ class Study(Collecting):
         load_hand(self.hand, self.settings.spheres)
         setup = Setup(self._chosen(), self.hand, self.settings, self.starts, self.seed, self.timeout)
         observations = setup.observations()
-        cases = study.cases(setup, observations)
+        cases = self._asked(study.cases(setup, observations))
         self.begin(folder, study.facts(setup), observations, study.row)
         lacks.tell(console)
         jobs = 1 if study.alone else self.jobs
@@ -93,6 +95,14 @@ class Study(Collecting):
         if self.files and not files:
             raise InputError(f"none of the clouds is of the half '{self.half}'")
         return files
+
+    def _asked(self, cases: list[Case]) -> list[Case]:
+        """The cases of the conditions that are asked for; a case's key ends with its condition."""
+        names = tuple(dict.fromkeys(case.key[-1] for case in cases))
+        for name in self.conditions:
+            if name not in names:
+                raise unknown("condition", name, names)
+        return [case for case in cases if not self.conditions or case.key[-1] in self.conditions]
 
     def _redraw(self, console: Console, study: studies.Study, folder: Path) -> int:
         """Make only tables and figure: the rows and how they were made stay, whatever is set here."""

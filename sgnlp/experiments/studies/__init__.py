@@ -3,6 +3,7 @@
 from sgnlp.experiments.studies import (
     calibration,
     comparison,
+    contact,
     convergence,
     defaults,
     errors,
@@ -16,6 +17,7 @@ from sgnlp.experiments.studies.study import Study
 STUDIES: dict[str, Study] = {
     "calibration": calibration.STUDY,
     "comparison": comparison.STUDY,
+    "contact": contact.STUDY,
     "convergence": convergence.STUDY,
     "defaults": defaults.STUDY,
     "errors": errors.STUDY,
