@@ -31,7 +31,7 @@ PASSED, FAILED, UNSOUND = 0, 1, 99
 LOG = "log.txt"
 LIBRARIES = (
     *("pytest", "hypothesis.strategies", "numpy.testing", "scipy.optimize", "scipy.spatial.transform", "scipy.linalg"),
-    *("casadi", "pinocchio", "mujoco", "yaml", "pebble", "joblib", "threadpoolctl", "filelock"),
+    *("casadi", "pinocchio", "pinocchio.casadi", "mujoco", "yaml", "pebble", "joblib", "threadpoolctl", "filelock"),
 )
 """What every process begins with, those of them that are there: loading them takes longer than most of the tests."""
 PROCESSES = multiprocessing.get_context("forkserver")

@@ -22,7 +22,10 @@ class Doctor:
             "machine": environment.machine(),
             "versions": environment.versions(),
             "solvers": {name: "found" if found else "missing" for name, found in environment.solvers().items()},
-            "evaluated by": {"surface": "NumPy" if native.library() is None else "compiled C"},
+            "evaluated by": {
+                "forward kinematics": environment.kinematics_backend(),
+                "surface": "NumPy" if native.library() is None else "compiled C",
+            },
         }
         for title, rows in facts.items():
             console.print(tables.facts_table(title, rows))

@@ -7,13 +7,16 @@ respect to v are exact and finite everywhere, at v = 0 too.
 
 import math
 from dataclasses import dataclass
+from typing import Literal
 
 import casadi as ca
 import numpy as np
 import pinocchio as pin
 
-from sgnlp.base.errors import InputError
+from sgnlp.base.errors import InputError, unknown
 from sgnlp.hand.hand import Array, Hand
+
+Backend = Literal["pinocchio.casadi", "model walk"]
 
 SERIES_TERMS = 16
 """Terms of the power series in θ². The remainder is under 1e-16 for |θ| ≤ 4 in the value and two derivatives."""
@@ -30,14 +33,33 @@ class Frames:
     origins: ca.SX  # (L, 3) [m], origins of the frames of `link_names`
 
 
-def forward(hand: Hand, wrist: ca.SX, joints: ca.SX, v: ca.SX) -> Frames:
+def backends() -> tuple[Backend, ...]:
+    """The symbolic backends that run here, the preferred one first."""
+    try:
+        import pinocchio.casadi  # noqa: F401
+    except ImportError:  # the wheel on PyPI is built without it
+        return ("model walk",)
+    return ("pinocchio.casadi", "model walk")
+
+
+def backend() -> Backend:
+    """The symbolic backend that `forward` uses by default."""
+    return backends()[0]
+
+
+def forward(hand: Hand, wrist: ca.SX, joints: ca.SX, v: ca.SX, using: Backend | None = None) -> Frames:
     """Positions of the fingertips and spheres at `(wrist, joints) ⊕ v`.
 
     `wrist` (7,) is the seed pose x y z qx qy qz qw of the root link with a unit quaternion, `joints` (n,) the seed
     angles, `v` (6+n,) the tangent: linear and angular part in the seed's body frame [m, rad], then the joints [rad].
+    Raises `InputError` for a backend that does not run here.
     """
+    using = using or backend()
+    if using not in backends():
+        raise unknown("kinematics backend", using, backends())
     rotation, position = _integrate_pose(wrist, v[:6])
-    chain = _placements(hand, rotation, position, joints + v[6:])
+    placements = {"pinocchio.casadi": _pinocchio_placements, "model walk": _walk_placements}[using]
+    chain = placements(hand, rotation, position, joints + v[6:])
 
     def points(places: list[tuple[str, Array]]) -> ca.SX:
         rows = [_point(hand, chain, link, point).T for link, point in places]
@@ -154,7 +176,7 @@ def _series(square: ca.SX, first: int) -> ca.SX:
     return value
 
 
-def _placements(hand: Hand, rotation: ca.SX, position: ca.SX, angles: ca.SX) -> list[tuple[ca.SX, ca.SX]]:
+def _walk_placements(hand: Hand, rotation: ca.SX, position: ca.SX, angles: ca.SX) -> list[tuple[ca.SX, ca.SX]]:
     """World placements of all joints by recursion over the model's tree: parent · placement · motion."""
     model = hand.model
     placements = [(rotation, position)]
@@ -189,6 +211,17 @@ def _motion(model: pin.Model, joint: int, q: ca.SX) -> tuple[ca.SX, ca.SX]:
     outer = np.outer(angular, angular)
     turn = outer + ca.cos(q) * (np.eye(3) - outer) + ca.sin(q) * pin.skew(angular)  # Rodrigues
     return ca.sparsify(turn), ca.SX(3, 1)
+
+
+def _pinocchio_placements(hand: Hand, rotation: ca.SX, position: ca.SX, angles: ca.SX) -> list[tuple[ca.SX, ca.SX]]:
+    """World placements of all joints by Pinocchio's own recursion on CasADi scalars."""
+    import pinocchio.casadi as cpin
+
+    model = cpin.Model(hand.model)
+    data = model.createData()
+    cpin.forwardKinematics(model, data, angles)
+    inner = [(ca.sparsify(place.rotation), ca.sparsify(place.translation)) for place in data.oMi]
+    return [(ca.mtimes(rotation, turn), position + ca.mtimes(rotation, shift)) for turn, shift in inner]
 
 
 def _constant(values: Array) -> ca.SX:

@@ -9,6 +9,7 @@ from typing import Any
 import casadi as ca
 
 from sgnlp.base.toolchain import processor
+from sgnlp.hand.kinematics import backend
 from sgnlp.surface.native import attempt
 
 PACKAGES = ("sgnlp", "casadi", "pin", "example-robot-data", "numpy", "scipy", "open3d", "mujoco", "coacd")
@@ -56,6 +57,11 @@ def surface_backend() -> str:
     """How the surface is evaluated: in compiled C, or in NumPy where that cannot be had, with the reason."""
     library, fault = attempt()
     return "compiled C" if library is not None else f"NumPy ({fault})"
+
+
+def kinematics_backend() -> str:
+    """The symbolic forward kinematics in use."""
+    return backend()
 
 
 def _processor() -> str:

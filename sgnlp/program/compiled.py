@@ -16,6 +16,7 @@ from filelock import FileLock
 from sgnlp.base import toolchain
 from sgnlp.base.errors import MachineError, SolverError, gives_out
 from sgnlp.hand.hand import Hand
+from sgnlp.hand.kinematics import backend
 from sgnlp.program import codegen
 from sgnlp.program.nlp import FUNCTIONS, Nlp, build, frame
 from sgnlp.program.structure import Structure
@@ -103,7 +104,7 @@ def path(hand: Hand, structure: Structure) -> Path | None:
     structure = structure.inner
     if structure.key is None:
         return None
-    key = toolchain.fingerprint(_package(), hand.digest, structure.key, ca.__version__, *FLAGS)
+    key = toolchain.fingerprint(_package(), hand.digest, structure.key, ca.__version__, backend(), *FLAGS)
     return toolchain.cache_folder() / f"program-{structure.formulation.name}-{key}.so"
 
 

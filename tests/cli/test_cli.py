@@ -568,7 +568,7 @@ def test_hands_are_listed(capfd):
 def test_the_doctor_tells_versions_solvers_and_backend(capfd):
     assert run(["doctor"]) == 0
     out, err = capfd.readouterr()
-    for name in ("casadi", "pin", "numpy", "open3d", "nlpsol ipopt", "surface", "processor"):
+    for name in ("casadi", "pin", "numpy", "open3d", "nlpsol ipopt", "forward kinematics", "surface", "processor"):
         assert name in out
     assert err == ""
 

@@ -1,4 +1,4 @@
-"""Symbolic forward kinematics against numeric Pinocchio, functions of Pinocchio's CasADi build, and differences."""
+"""Symbolic forward kinematics against numeric Pinocchio, Pinocchio on CasADi scalars, and differences."""
 
 import functools
 from dataclasses import replace
@@ -13,8 +13,9 @@ from hands import coupled
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from sgnlp.base.errors import InputError
 from sgnlp.hand.hand import Hand, available_hands, load_hand
-from sgnlp.hand.kinematics import SERIES_TERMS, _exp6, forward, frames, integrate, joint_torques
+from sgnlp.hand.kinematics import SERIES_TERMS, _exp6, backend, backends, forward, frames, integrate, joint_torques
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 EXACT = 1e-12
@@ -27,11 +28,11 @@ def hand(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     return load_hand(coupled(tmp_path_factory.mktemp("hands")) if request.param == "coupled" else request.param)
 
 
-def function(hand: Hand) -> ca.Function:
+def function(hand: Hand, using: str | None = None) -> ca.Function:
     """(wrist, joints, v) -> tips, spheres, position, rotation."""
     n = len(hand.joint_names)
     wrist, joints, v = ca.SX.sym("wrist", 7), ca.SX.sym("joints", n), ca.SX.sym("v", 6 + n)
-    f = forward(hand, wrist, joints, v)
+    f = forward(hand, wrist, joints, v, using=using)
     return ca.Function("f", [wrist, joints, v], [f.tips, f.spheres, f.position, f.rotation])
 
 
@@ -44,8 +45,9 @@ def sample(hand: Hand, rng: np.random.Generator, turn: float) -> tuple[np.ndarra
     return wrist, joints, np.concatenate([twist, 0.5 * rng.normal(size=len(joints))])
 
 
-def test_tips_and_spheres_match_numeric_pinocchio(hand: Hand):
-    f, rng = function(hand), np.random.default_rng(0)
+@pytest.mark.parametrize("using", backends())
+def test_tips_and_spheres_match_numeric_pinocchio(hand: Hand, using: str):
+    f, rng = function(hand, using), np.random.default_rng(0)
     for turn in np.linspace(0, 1.2 * np.pi, SAMPLES):
         wrist, joints, v = sample(hand, rng, turn)
         tips, spheres, position, rotation = (np.array(value) for value in f(wrist, joints, v))
@@ -58,11 +60,12 @@ def test_tips_and_spheres_match_numeric_pinocchio(hand: Hand):
         np.testing.assert_allclose(rotation, root.rotation, atol=EXACT, rtol=0)
 
 
-def test_a_zero_tangent_leaves_the_seed_and_has_finite_derivatives(hand: Hand):
+@pytest.mark.parametrize("using", backends())
+def test_a_zero_tangent_leaves_the_seed_and_has_finite_derivatives(hand: Hand, using: str):
     n = len(hand.joint_names)
     v = ca.SX.sym("v", 6 + n)
     wrist, joints, _ = sample(hand, np.random.default_rng(1), 0.0)
-    tips = forward(hand, ca.SX(wrist), ca.SX(joints), v).tips
+    tips = forward(hand, ca.SX(wrist), ca.SX(joints), v, using=using).tips
     derivatives = ca.Function("d", [v], [tips, ca.jacobian(tips, v), ca.hessian(ca.sumsqr(tips), v)[0]])
     value, jacobian, hessian = (np.array(d) for d in derivatives(np.zeros(6 + n)))
     np.testing.assert_allclose(value, frames(hand, wrist, joints)[0], atol=EXACT, rtol=0)
@@ -194,7 +197,7 @@ def test_a_mimic_joint_stands_where_an_independent_one_would_be_put(hand: Hand):
 
 def test_a_prismatic_joint_and_a_skew_axis_are_walked_like_pinocchio():
     hand = load_hand(GOLDEN / "three_fingers")
-    f, rng = function(hand), np.random.default_rng(7)
+    f, rng = function(hand, "model walk"), np.random.default_rng(7)
     assert {joint.shortname() for joint in hand.model.joints[1:]} >= {"JointModelPY", "JointModelRevoluteUnaligned"}
     for turn in np.linspace(0, 3, SAMPLES):
         at = sample(hand, rng, turn)
@@ -228,3 +231,10 @@ def test_joint_torques_do_the_work_that_the_forces_do_at_the_tips(hand: Hand):
     hand = replace(hand, fingers=(hand.fingers[0], offset, *hand.fingers[2:]))
     assert_jacobian(work, joint_torques(hand, wrist, joints, forces), joints)
     assert np.abs(joint_torques(hand, wrist, joints, forces) - torques)[list(finger.joints)].max() > 1e-3
+
+
+def test_an_unknown_backend_is_refused_with_the_valid_ones():
+    hand, n = load_hand("allegro_left"), 16
+    assert backend() in backends()
+    with pytest.raises(InputError, match=r"'magic'.*model walk"):
+        forward(hand, ca.SX.sym("wrist", 7), ca.SX.sym("joints", n), ca.SX.sym("v", 6 + n), using="magic")

@@ -1,6 +1,8 @@
 """Versions, machine, solvers and kinematics backend are told, and what is missing never stops a command."""
 
+import importlib.util
 import platform
+import sys
 
 import casadi
 import numpy
@@ -71,3 +73,10 @@ def test_what_is_not_found_is_told_to_be_missing(monkeypatch):
     monkeypatch.setattr(casadi, "has_linsol", "ma27".__eq__)
     assert {name for name, there in environment.solvers().items() if there} == {"nlpsol uno", "linsol ma27"}
     assert len(environment.solvers()) == 7
+
+
+def test_the_backend_is_pinocchios_where_it_can_be_had_and_the_walk_over_the_model_elsewhere(monkeypatch):
+    there = importlib.util.find_spec("pinocchio.casadi") is not None
+    assert environment.kinematics_backend() == ("pinocchio.casadi" if there else "model walk")
+    monkeypatch.setitem(sys.modules, "pinocchio.casadi", None)
+    assert environment.kinematics_backend() == "model walk"
