@@ -12,8 +12,9 @@ import casadi as ca
 import numpy as np
 import pinocchio as pin
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
-from sgnlp.hand.hand import Array, Hand
+from sgnlp.hand.hand import Hand
 
 SERIES_TERMS = 16
 """Terms of the power series in θ². The remainder is under 1e-16 for |θ| ≤ 4 in the value and two derivatives."""

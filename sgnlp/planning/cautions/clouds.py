@@ -4,15 +4,12 @@ One body on a table gives none.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from sgnlp.perception.cleaning import coordinate_steps
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.cautions.measures import body_shares, bulge, largest_plane, sample, seen_sides
 from sgnlp.planning.cautions.planned import Planned
-
-Array = NDArray[np.float64]
 
 GAP, BODY_SHARE = 0.02, 0.03
 """Groups of points that are farther apart than this [m] and hold this share are bodies: occlusion parts the cloud of
