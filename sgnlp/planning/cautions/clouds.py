@@ -86,7 +86,7 @@ def underside(cloud: Observation, result: Planned) -> str:
     if top > TOP_SEEN or bottom < UNDERSIDE_SEEN:
         return ""
     seen = f"The cameras saw {bottom:.0%} of the underside and {top:.0%} of the top"
-    return f"{seen}: unless the object is a bowl, another axis is up (--up), or the frame is a camera's (--pose)."
+    return f"{seen}: unless the object is a bowl, another axis may be up (--up), or the frame a camera's (--pose)."
 
 
 def in_the_air(cloud: Observation, result: Planned) -> str:
