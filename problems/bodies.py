@@ -5,14 +5,15 @@ from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 from skins import Skin, ellipses
 
-from sgnlp.perception.synthetic.meshes import FloatArray, Mesh
+from sgnlp.base.arrays import Array
+from sgnlp.perception.synthetic.meshes import Mesh
 
 SEGMENTS = 64  # points of a round ring
 QUARTER = 7  # points of a quarter circle on a rounded edge
 X, Y, Z = np.eye(3)
 
 
-def circle(points: int) -> FloatArray:
+def circle(points: int) -> Array:
     """Points (n, 2) of the unit circle, the first on the first axis."""
     angle = 2 * np.pi * np.arange(points) / points
     return np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -26,14 +27,14 @@ def lathe(profile: ArrayLike, points: int = SEGMENTS) -> Skin:
     return Skin([0, 0, height[0]], rings, [0, 0, height[-1]])
 
 
-def smooth(knots: ArrayLike, count: int) -> FloatArray:
+def smooth(knots: ArrayLike, count: int) -> Array:
     """A curve (count, d) through knots (k, d) that never overshoots them."""
     points = np.asarray(knots, np.float64)
     length = np.r_[0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))]
     return PchipInterpolator(length, points)(np.linspace(0, length[-1], count))
 
 
-def rectangle(length: float, width: float, radius: float) -> FloatArray:
+def rectangle(length: float, width: float, radius: float) -> Array:
     """A rectangle (n, 2) about the origin whose corners have a radius; n = 4 if that is zero."""
     quarter = np.linspace(0, np.pi / 2, QUARTER if radius > 0 else 1)
     angle = quarter + np.pi / 2 * np.arange(4)[:, None]
@@ -136,7 +137,7 @@ def mug(radius: float, height: float, wall: float, reach: float) -> Mesh:
     return cup.mesh()
 
 
-def frame(angle: float) -> tuple[FloatArray, FloatArray]:
+def frame(angle: float) -> tuple[Array, Array]:
     """Along and outwards of a tube that leaves along x at -90 degrees and comes back at 90."""
     outwards = -np.sin(angle) * X + np.cos(angle) * Z
     return np.cross(outwards, Y), outwards
@@ -209,7 +210,7 @@ def plane(length: float, span: float, height: float) -> Mesh:
     rings[:, :, 2] += lift[:, None]
     body = Skin([x[0], 0, lift[0]], rings, [x[-1], 0, lift[-1]])
 
-    def wing(rows: tuple[int, int], column: int, out: FloatArray, reach: float, sweep: float, tip: float) -> None:
+    def wing(rows: tuple[int, int], column: int, out: Array, reach: float, sweep: float, tip: float) -> None:
         """A fin out of the skin: its chord shrinks to a share `tip`, its middle moves back by `sweep`."""
         block = body.opening(rows, (column - 1, column + 1))
         root = body.vertices[block].mean(axis=(0, 1))

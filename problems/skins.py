@@ -5,7 +5,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sgnlp.perception.synthetic.meshes import FloatArray, IntArray, Mesh
+from sgnlp.base.arrays import Array, IntArray
+from sgnlp.perception.synthetic.meshes import Mesh
 
 
 def bridge(first: IntArray, second: IntArray) -> IntArray:
@@ -23,7 +24,7 @@ def fan(loop: IntArray, apex: int) -> IntArray:
 class Skin:
     """The skin over rings (k, n, 3) [m], each turning about the way to the next, with an apex (3,) at both ends."""
 
-    def __init__(self, start: ArrayLike, rings: FloatArray, end: ArrayLike) -> None:
+    def __init__(self, start: ArrayLike, rings: Array, end: ArrayLike) -> None:
         self.vertices = np.empty((0, 3))
         self.grid = self._add(rings.reshape(-1, 3)).reshape(rings.shape[:2])
         apexes = self._add(np.array([start, end]))
@@ -42,18 +43,18 @@ class Skin:
         self.faces = self.faces[~np.isin(self.faces, block).all(axis=1)]
         return block
 
-    def limb(self, block: IntArray, rings: FloatArray, tip: ArrayLike) -> None:
+    def limb(self, block: IntArray, rings: Array, tip: ArrayLike) -> None:
         """Grow a limb out of an opening over rings (k, n, 3), n the vertices of its rim, to a tip (3,)."""
         loops = self._add(rings.reshape(-1, 3)).reshape(rings.shape[:2])
         self._join(rim(block), *loops)
         self.faces = np.concatenate([self.faces, fan(loops[-1], self._add(np.array([tip]))[0])])
 
-    def handle(self, first: IntArray, rings: FloatArray, second: IntArray) -> None:
+    def handle(self, first: IntArray, rings: Array, second: IntArray) -> None:
         """Join two openings, the second with its rows reversed, by a tube over rings (k, n, 3)."""
         loops = self._add(rings.reshape(-1, 3)).reshape(rings.shape[:2])
         self._join(rim(first), *loops, rim(second))
 
-    def _add(self, points: FloatArray) -> IntArray:
+    def _add(self, points: Array) -> IntArray:
         """New vertices; their indices."""
         self.vertices = np.concatenate([self.vertices, points])
         return np.arange(len(self.vertices) - len(points), len(self.vertices))
@@ -67,16 +68,14 @@ def rim(grid: NDArray[np.generic]) -> NDArray[np.generic]:
     return np.concatenate([grid[0, :-1], grid[:-1, -1], grid[-1, :0:-1], grid[:0:-1, 0]])
 
 
-def outline(block: IntArray) -> FloatArray:
+def outline(block: IntArray) -> Array:
     """Points (2 (a + b), 2) of the unit circle that belong to the rim of a block: along its rows, its columns."""
     rows, columns = (np.linspace(-1, 1, length) for length in block.shape)
     u, v = rim(np.stack(np.meshgrid(rows, columns, indexing="ij"), axis=-1)).T
     return np.stack([u * np.sqrt(1 - v**2 / 2), v * np.sqrt(1 - u**2 / 2)], axis=1)
 
 
-def ellipses(
-    block: IntArray, centres: ArrayLike, radii: ArrayLike, along: ArrayLike, outwards: ArrayLike
-) -> FloatArray:
+def ellipses(block: IntArray, centres: ArrayLike, radii: ArrayLike, along: ArrayLike, outwards: ArrayLike) -> Array:
     """Rings (k, n, 3) for a limb: ellipses at centres (k, 3) with radii (k, 2) along the skin and around it.
 
     `along` is the direction of the skin's rows, `outwards` that in which the limb leaves it; both (3,).

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +9,10 @@ import numpy as np
 import tyro
 from rich.console import Console
 
-from sgnlp.base.errors import InputError
 from sgnlp.cli import again, codes
 from sgnlp.cli.simulate import SIMULATION
 from sgnlp.planning import reopen, results
+from sgnlp.show.png import drawable
 from sgnlp.show.report import content, pages
 from sgnlp.show.simulation_pictures import PHASES
 
@@ -38,19 +37,13 @@ class Report:
         return codes.FEASIBLE
 
 
-def drawable() -> None:
-    """Raise `InputError` unless what draws a report is installed: before any work."""
-    if None in map(find_spec, ("matplotlib", "skimage")):
-        raise InputError("a report needs Matplotlib and scikit-image: pip install 'sgnlp[view]'")
-
-
 def write(folder: Path, file: Path | None = None, hand: str | None = None) -> list[Path]:
     """Write both reports into the folder of a result, and return their paths.
 
     Raises:
         InputError: there is no result, it has no grasps, or what draws is not installed.
     """
-    drawable()
+    drawable("skimage")
     result = reopen.reopen(folder, file, hand)
     folder = folder if folder.is_dir() else folder.parent
     summary = results.load_summary(folder, result.grasps)

@@ -19,6 +19,7 @@ from sgnlp.planning import results
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.solve import solve
 from sgnlp.show import tables
+from sgnlp.show.png import drawable
 
 
 @dataclass(kw_only=True)
@@ -44,9 +45,8 @@ class Solve(Extending, Observing):
         hand = load_hand(self.hand, self.settings.spheres)
         folder = self.out or Path("results") / observation.name
         results.writable(folder)
-        reporting = import_module("sgnlp.cli.report") if self.report else None  # a second of imports
-        if reporting:
-            reporting.drawable()
+        if self.report:
+            drawable("skimage")
         show = not (self.json or self.quiet)
         with bars(console, show) as bar:
             plan = solve(
@@ -63,7 +63,9 @@ class Solve(Extending, Observing):
             )
         outcome = plan.summary()
         results.save(plan.arrays(), outcome, folder, plan.histories())
-        pages = reporting.write(folder, hand=self.hand) if reporting and plan.solutions else []
+        pages = []
+        if self.report and plan.solutions:
+            pages = import_module("sgnlp.cli.report").write(folder, hand=self.hand)  # a second of imports
         if self.json:
             sys.stdout.write(results.json_text(outcome))
         if show:

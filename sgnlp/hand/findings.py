@@ -7,10 +7,10 @@ from typing import Literal
 
 import numpy as np
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.hand import geometry
 from sgnlp.hand.hand import Hand
-from sgnlp.hand.yaml_nodes import Array
 
 Verdict = Literal["ok", "look", "wrong"]
 

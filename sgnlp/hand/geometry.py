@@ -3,17 +3,15 @@
 import casadi as ca
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
+from sgnlp.base.arrays import Array
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.hand_file import Finger
 from sgnlp.hand.kinematics import forward, frames
 from sgnlp.hand.meshes import link_meshes, link_poses, mesh_links
 from sgnlp.perception.synthetic.meshes import Mesh
 from sgnlp.perception.synthetic.truth import surface_samples
-
-Array = NDArray[np.float64]
 
 ORIGIN = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 FACE_POINTS = 1000

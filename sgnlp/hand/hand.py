@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.hand import hand_file
 from sgnlp.hand.hand_file import Finger, Sphere, WristStart
 from sgnlp.hand.model import Mimic, joint_model, mimics, own_joints, urdf_file
 from sgnlp.hand.urdf_checks import description
-from sgnlp.hand.yaml_nodes import Array, frozen, word
+from sgnlp.hand.yaml_nodes import frozen, word
 
 HAND_FILE = "hand.yaml"
 

@@ -10,10 +10,10 @@ import numpy as np
 import pinocchio as pin
 import yaml
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.hand.model import coordinates, link
 from sgnlp.hand.yaml_nodes import (
-    Array,
     any_mapping,
     check_order,
     frozen,

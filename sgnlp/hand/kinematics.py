@@ -13,8 +13,9 @@ import casadi as ca
 import numpy as np
 import pinocchio as pin
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError, unknown
-from sgnlp.hand.hand import Array, Hand
+from sgnlp.hand.hand import Hand
 
 Backend = Literal["pinocchio.casadi", "model walk"]
 

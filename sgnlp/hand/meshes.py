@@ -5,13 +5,11 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.hand.hand import Hand
 from sgnlp.perception.synthetic.meshes import Mesh, box, cylinder, unit_sphere
-
-Array = NDArray[np.float64]
 
 MIN_THICKNESS = 1e-6
 """Least ratio of the third to the first singular value of a mesh's vertices: single precision has no more digits."""

@@ -6,11 +6,9 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError, unknown
-
-Array = NDArray[np.float64]
 
 LISTED = 12
 """Valid names that are listed at most; of more, the nearest ones are."""

@@ -8,12 +8,10 @@ from typing import Any
 
 import numpy as np
 import yaml
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.perception.clouds import floats
-
-FloatArray = NDArray[np.float64]
 
 YAML_SUFFIXES = (".yaml", ".yml")
 MILLIMETRE = 0.001  # [m] the unit of BOP's translations, and of its depth_scale
@@ -29,8 +27,8 @@ KNOWN = (
 class Camera:
     """What a file says of a camera, unchecked."""
 
-    intrinsics: FloatArray  # (3, 3) [px]
-    pose: FloatArray  # (4, 4), or (3, 4) its upper rows: camera to world [m]
+    intrinsics: Array  # (3, 3) [px]
+    pose: Array  # (4, 4), or (3, 4) its upper rows: camera to world [m]
     size: tuple[float, float] | None = None  # (width, height) [px] of its images
     unit: float | None = None  # [m] of its depths
     notes: tuple[str, ...] = ()
@@ -64,7 +62,7 @@ def read(path: Path, image: str) -> Camera:
     return Camera(K, pose, _size(source), unit, tuple(notes))
 
 
-def _numbers(found: Mapping[str, Any], key: str, count: int | None) -> FloatArray:
+def _numbers(found: Mapping[str, Any], key: str, count: int | None) -> Array:
     """All numbers of an array one after the other, which may be written as rows, cols and data."""
     value = found[key]
     value = value["data"] if isinstance(value, Mapping) and "data" in value else value
@@ -95,7 +93,7 @@ def _one(found: dict[str, Any], image: str) -> dict[str, Any]:
     return dict(entries[number] if number in entries else next(iter(entries.values())))
 
 
-def _intrinsics(found: Mapping[str, Any]) -> FloatArray:
+def _intrinsics(found: Mapping[str, Any]) -> Array:
     """K (3, 3) from rows, or all numbers row by row; Open3D's, which stand column by column, turned."""
     for key in MATRICES:
         if key in found and not (isinstance(found[key], Mapping) and "data" not in found[key]):
@@ -112,7 +110,7 @@ def _intrinsics(found: Mapping[str, Any]) -> FloatArray:
     return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
 
 
-def _pose(found: Mapping[str, Any]) -> tuple[FloatArray, list[str]]:
+def _pose(found: Mapping[str, Any]) -> tuple[Array, list[str]]:
     """Camera to world, and a note where the file has it the other way round."""
     if "pose" in found:
         return _matrix(found), []
@@ -131,7 +129,7 @@ def _pose(found: Mapping[str, Any]) -> tuple[FloatArray, list[str]]:
     )
 
 
-def _matrix(found: Mapping[str, Any]) -> FloatArray:
+def _matrix(found: Mapping[str, Any]) -> Array:
     """The pose (4, 4), or its upper rows (3, 4)."""
     value = found["pose"]
     numbers = None if isinstance(value, Mapping) and "data" not in value else _numbers(found, "pose", None)
@@ -145,7 +143,7 @@ def _matrix(found: Mapping[str, Any]) -> FloatArray:
     return numbers.reshape(-1, 4)
 
 
-def _inverse(pose: FloatArray) -> FloatArray:
+def _inverse(pose: Array) -> Array:
     """Of a rigid motion; of anything else it is no rigid motion either."""
     R, t = pose[:3, :3], pose[:3, 3]
     return np.block([[R.T, -(R.T @ t)[:, None]], [pose[3:]]])

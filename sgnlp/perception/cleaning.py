@@ -9,15 +9,13 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from sgnlp.base.arrays import Array, BoolArray, IntArray
 from sgnlp.base.checked import POSITIVE, Checked, Positive
 from sgnlp.base.errors import InputError
 from sgnlp.perception.sampling import MAX_POINTS, grid_sample
 from sgnlp.perception.text_rows import counts
-
-FloatArray = NDArray[np.float64]
 
 SAME = 1e-6
 """Points that agree to this are the same [m]: no camera gives a point twice to a micrometre."""
@@ -67,13 +65,13 @@ class ObservationSettings(Checked):
 class Cleaning:
     """The points that are left, their places in the input, and the notes on those that are not."""
 
-    def __init__(self, points: FloatArray, settings: ObservationSettings, notes: Sequence[str]) -> None:
+    def __init__(self, points: Array, settings: ObservationSettings, notes: Sequence[str]) -> None:
         self.points = points  # (n, 3)
         self.index = np.arange(len(points))  # (n,)
         self.settings = settings
         self.notes = list(notes)
 
-    def keep(self, mask: NDArray[np.bool_], reason: str) -> None:
+    def keep(self, mask: BoolArray, reason: str) -> None:
         """Keep the points of a mask, note how many were dropped and why, refuse too few."""
         if not mask.all():
             self.notes.append(f"Dropped {np.sum(~mask)} of {len(mask)} points that {reason}.")
@@ -83,7 +81,7 @@ class Cleaning:
             needed = f"at least {self.settings.min_points} are needed"
             raise InputError(f"has {len(self.points)} points, {needed}{dropped}")
 
-    def measured(self, factor: float, pose: FloatArray | None) -> None:
+    def measured(self, factor: float, pose: Array | None) -> None:
         """To metres and, by a pose (4, 4), to the world; drops what is not a finite measurement."""
         if counts(self.points[:, 0]):
             raise InputError("the first column counts 0, 1, 2: save x y z alone")
@@ -98,8 +96,7 @@ class Cleaning:
         if share > self.settings.max_invalid_share:
             raise InputError(f"{share:.0%} of the points are too far from the origin, beyond {limit:g} m")
         self.keep(valid, f"are beyond {limit:g} m")
-        if pose is not None:
-            self.points = self.points @ pose[:3, :3].T + pose[:3, 3]
+        self.points = moved(self.points, pose)
 
     def drop_marks(self, table: float | None) -> None:
         """Drops points that come again and again, and those of which one coordinate is one far value.
@@ -130,7 +127,7 @@ class Cleaning:
         if same.sum() >= REPEATS and rest.size and rest.min() >= least + gap and not on_table:
             self.keep(~same, f"have {letter} = {side * least:.5g} m, a mark for no return")
 
-    def drop_copies(self, raw: FloatArray) -> None:
+    def drop_copies(self, raw: Array) -> None:
         """Drops all but one of equal points; refuses too few different ones, and rounded ones by their `raw` values."""
         settings, count = self.settings, len(self.points)
         first = np.unique(_cells(self.points), return_index=True)[1]
@@ -179,7 +176,12 @@ class Cleaning:
         self.keep(average <= limit, f"are outliers ({criterion})")
 
 
-def check_shape(points: FloatArray, settings: ObservationSettings, table: float | None) -> None:
+def moved(points: Array, pose: Array | None) -> Array:
+    """Points (n, 3) of a frame with a pose (4, 4) in the world; as they are without one."""
+    return points if pose is None else points @ pose[:3, :3].T + pose[:3, 3]
+
+
+def check_shape(points: Array, settings: ObservationSettings, table: float | None) -> None:
     """Refuse a cloud without volume, or too wide or small for a hand.
 
     The copy of a flat top on a `table` that was given closes a body below it.
@@ -200,13 +202,13 @@ def check_shape(points: FloatArray, settings: ObservationSettings, table: float 
         raise InputError(f"all points lie on one {figure}; a solid object needs points in three dimensions{top}")
 
 
-def coordinate_steps(points: FloatArray) -> list[float]:
+def coordinate_steps(points: Array) -> list[float]:
     """The least difference [m] of two coordinates along each axis, 0 where there are fewer than three of them."""
     values = [np.unique(column) for column in points.T]
     return [float(np.diff(value).min()) if len(value) > 2 else 0.0 for value in values]
 
 
-def step_of_32_bits(raw: FloatArray, points: FloatArray) -> float:
+def step_of_32_bits(raw: Array, points: Array) -> float:
     """The step [m] of the largest coordinate if all raw ones (n, 3) are numbers of 32 bits, else 0."""
     single = raw.astype(np.float32)
     if not (single == raw).all():
@@ -220,7 +222,7 @@ def _usual(width: float) -> bool:
     return USUAL_WIDTH[0] <= width <= USUAL_WIDTH[1]
 
 
-def _cells(points: FloatArray) -> NDArray[np.int64]:
+def _cells(points: Array) -> IntArray:
     """A number (n,) for the cube of edge `SAME` that a point is in, a hash of its place."""
     cell = np.round((points - np.median(points, axis=0)) / SAME).astype(np.int64)
     with np.errstate(over="ignore"):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array, IntArray
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.perception import point_files
 from sgnlp.perception.text_rows import directions
@@ -85,7 +86,7 @@ def check_truth(**values: float | None) -> None:
             raise InputError(f"'{key}' must be a positive number; found {value}")
 
 
-def mesh(vertices: object, faces: object) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def mesh(vertices: object, faces: object) -> tuple[Array, IntArray]:
     """The vertices (U, 3) and faces (F, 3) of a triangle mesh, checked."""
     if vertices is None or faces is None:
         raise InputError("'mesh_vertices' and 'mesh_faces' must be given together")
@@ -98,7 +99,7 @@ def mesh(vertices: object, faces: object) -> tuple[NDArray[np.float64], NDArray[
     return corners, triangles
 
 
-def rows(value: object, name: str) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+def rows(value: object, name: str) -> tuple[Array, tuple[str, ...]]:
     """Points (N, 3) of an array of that shape, of an image (H, W, 3) or with fields x, y and z, and what is noted.
 
     Raises `InputError` for another shape, with the expression that would make it right where that is known.
@@ -118,13 +119,13 @@ def rows(value: object, name: str) -> tuple[NDArray[np.float64], tuple[str, ...]
     return floats(value if not names else array, name, (None, 3)), ()
 
 
-def floats(value: object, name: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
+def floats(value: object, name: str, shape: tuple[int | None, ...]) -> Array:
     """`value` as a float64 array of `shape` (None: any length), or an `InputError` that calls it `name`."""
     with np.errstate(over="ignore", invalid="ignore"):  # wider types: what does not fit becomes infinite
         return _checked(value, name, shape, "fiu", "real numbers").astype(np.float64)
 
 
-def integers(value: object, name: str, shape: tuple[int | None, ...]) -> NDArray[np.int64]:
+def integers(value: object, name: str, shape: tuple[int | None, ...]) -> IntArray:
     """`value` as an int64 array of `shape` (None: any length), or an `InputError` that calls it `name`."""
     return _checked(value, name, shape, "iu", "integers").astype(np.int64)
 

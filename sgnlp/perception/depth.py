@@ -12,14 +12,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.perception import depth_checks, level, masks
 from sgnlp.perception.clouds import floats
 from sgnlp.perception.observation import DEFAULTS, Observation, ObservationSettings, checked_pose, observe
-
-FloatArray = NDArray[np.float64]
 
 TABLE_REACH = 0.1
 """The table is looked for this far around the object's cloud [m]."""
@@ -82,7 +81,7 @@ class DepthImage:
             object.__setattr__(self, name, value)
         object.__setattr__(self, "notes", (*self.notes, *notes))
 
-    def points(self) -> FloatArray:
+    def points(self) -> Array:
         """World coordinates (height, width, 3) [m] of every pixel, NaN where nothing came back."""
         depth, pose = np.asarray(self.depth), np.asarray(self.pose)
         v, u = np.indices(depth.shape)
@@ -91,7 +90,7 @@ class DepthImage:
         return np.asarray(z[..., None] * (rays @ pose[:3, :3].T) + pose[:3, 3])
 
 
-def checked_intrinsics(value: ArrayLike) -> FloatArray:
+def checked_intrinsics(value: ArrayLike) -> Array:
     """K (3, 3). Raises `InputError` for what is none, by its name where it is a transposed one."""
     K = floats(value, "intrinsics", (3, 3))
     if np.isfinite(K).all() and np.array_equal(K[:, 2], [0, 0, 1]) and not np.array_equal(K[2], [0, 0, 1]):
@@ -152,7 +151,7 @@ def arrays(images: Sequence[DepthImage], table_height: float | None = None) -> d
     return found if table_height is None else found | {"table_height": table_height}
 
 
-def _seen(image: DepthImage, name: str) -> tuple[FloatArray, FloatArray, list[str]]:
+def _seen(image: DepthImage, name: str) -> tuple[Array, Array, list[str]]:
     """The object's points (n, 3) of an image, those of everything else (m, 3), and notes."""
     world, depth, mask = image.points(), np.asarray(image.depth), np.asarray(image.mask)
     measured = np.isfinite(world[..., 2])
@@ -183,7 +182,7 @@ def _seen(image: DepthImage, name: str) -> tuple[FloatArray, FloatArray, list[st
     return world[marked & ~far], world[others], notes
 
 
-def _table(cloud: FloatArray, rest: FloatArray) -> tuple[float | None, int]:
+def _table(cloud: Array, rest: Array) -> tuple[float | None, int]:
     """The median height [m] of what was measured around a cloud, None of too little, and the number of pixels."""
     low, high = cloud[:, :2].min(axis=0) - TABLE_REACH, cloud[:, :2].max(axis=0) + TABLE_REACH
     around = rest[((rest[:, :2] > low) & (rest[:, :2] < high)).all(axis=1), 2]

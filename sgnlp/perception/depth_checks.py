@@ -6,12 +6,9 @@ Each check gives notes that hold its threshold, or raises `InputError`. Whether 
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.base.errors import InputError
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 NEAR, FAR = 0.2, 1.5
 """[m] Depth cameras measure from 0.2 m, few from nearer; at 1.5 m stereo noise, 0.6 mm at 0.55 m, is 5 mm."""
@@ -41,7 +38,7 @@ MAX_GAP = 0.05
 """[m] Between the boxes of what the views mark: they overlap where two see the top, as cameras over a table do."""
 
 
-def intrinsics(K: FloatArray, shape: tuple[int, ...]) -> list[str]:
+def intrinsics(K: Array, shape: tuple[int, ...]) -> list[str]:
     """Notes on K (3, 3) for an image (height, width)."""
     f, c, size = K[[0, 1], [0, 1]], K[:2, 2], np.array(shape[::-1])
     field = np.rad2deg(2 * np.arctan(size / (2 * f))).max()
@@ -87,7 +84,7 @@ def mask(marked: BoolArray, measured: BoolArray) -> list[str]:
     return notes
 
 
-def depths(values: FloatArray, unit: float) -> list[str]:
+def depths(values: Array, unit: float) -> list[str]:
     """Notes on the measured depths (n,) of an object: how far it is, and in which steps."""
     middle = float(np.median(values)) * unit
     if not NEAREST <= middle <= FARTHEST:
@@ -115,9 +112,7 @@ def depths(values: FloatArray, unit: float) -> list[str]:
     return notes
 
 
-def places(
-    cameras: FloatArray, clouds: Sequence[FloatArray], tables: Sequence[float | None], table: float | None
-) -> list[str]:
+def places(cameras: Array, clouds: Sequence[Array], tables: Sequence[float | None], table: float | None) -> list[str]:
     """Notes on camera positions (V, 3), what each marks (n, 3), each one's height of the table, and that of all."""
     notes = []
     origin = float(np.linalg.norm(cameras, axis=1).max())
@@ -154,6 +149,6 @@ def places(
     return notes
 
 
-def _gap(a: FloatArray, b: FloatArray) -> float:
+def _gap(a: Array, b: Array) -> float:
     """Largest gap [m] along an axis between the boxes of two clouds; negative where they overlap."""
     return float(np.maximum(a.min(axis=0) - b.max(axis=0), b.min(axis=0) - a.max(axis=0)).max())

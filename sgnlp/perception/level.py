@@ -8,12 +8,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.base.errors import InputError
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 MAX_TILT_DEG = 3.0
 """A larger tilt is noted: it is 5 mm over the 0.1 m around the object, the noise that the plan assumes."""
@@ -33,7 +30,7 @@ SAMPLE, TRIPLES, SEED = 3000, 200, 0
 """Pixels and triples of RANSAC: a plane of a fifth of the pixels is met once in 125 triples, of a half once in 8."""
 PLANE_ERROR = 0.01
 """Largest distance from a plane, as a share of that from the camera: 6 mm at 0.6 m, six deviations of a D415."""
-AXES: dict[str, Callable[[FloatArray], FloatArray]] = {
+AXES: dict[str, Callable[[Array], Array]] = {
     "OpenGL axes, y up and z back (give pose @ diag(1, -1, -1, 1))": lambda R: R @ np.diag([1.0, -1, -1]),
     "an inverse, world to camera (give inv(pose))": lambda R: R.T,
     "an inverse with OpenGL axes (give inv(pose) @ diag(1, -1, -1, 1))": lambda R: R.T @ np.diag([1.0, -1, -1]),
@@ -58,7 +55,7 @@ def around(marked: BoolArray) -> BoolArray:
 class Plane:
     """What many pixels around an object lie on."""
 
-    normal: FloatArray  # (3,) towards the camera
+    normal: Array  # (3,) towards the camera
     share: float  # of the pixels
 
     @property
@@ -67,7 +64,7 @@ class Plane:
         return float(np.rad2deg(np.arccos(np.clip(self.normal[2], -1, 1))))
 
 
-def planes(points: FloatArray, camera: FloatArray) -> list[Plane]:
+def planes(points: Array, camera: Array) -> list[Plane]:
     """Up to `PLANES` planes of points (n, 3) seen from a camera (3,), largest first: RANSAC, each of the rest."""
     rng = np.random.default_rng(SEED)
     rest = points[:: -(-len(points) // SAMPLE)] - camera
@@ -84,7 +81,7 @@ def planes(points: FloatArray, camera: FloatArray) -> list[Plane]:
     return found
 
 
-def _largest(points: FloatArray, rng: np.random.Generator) -> tuple[FloatArray, BoolArray]:
+def _largest(points: Array, rng: np.random.Generator) -> tuple[Array, BoolArray]:
     """Normal (3,) towards the origin and the points (n,) of the plane that most lie on."""
     allowed = PLANE_ERROR * np.linalg.norm(points, axis=1)
     a, b, c = np.moveaxis(points[rng.integers(len(points), size=(TRIPLES, 3))], 1, 0)
@@ -100,7 +97,7 @@ def _largest(points: FloatArray, rng: np.random.Generator) -> tuple[FloatArray, 
     return -normal * np.sign(normal @ centre), best
 
 
-def check(points: FloatArray, pose: FloatArray) -> list[str]:
+def check(points: Array, pose: Array) -> list[str]:
     """Notes on the world points (n, 3) that were measured around an object by a camera of a pose (4, 4)."""
     found = planes(points, pose[:3, 3]) if len(points) >= PLANE_PIXELS else []
     if not found:
@@ -123,5 +120,5 @@ def check(points: FloatArray, pose: FloatArray) -> list[str]:
     return [f"{text}."]
 
 
-def _tilt(normal: FloatArray) -> float:
+def _tilt(normal: Array) -> float:
     return Plane(normal, 1.0).tilt

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.base.errors import InputError
 
-BoolArray = NDArray[np.bool_]
 Pixels = NDArray[Any]
 
 MIDDLE = (0.1, 0.9)
@@ -64,7 +64,7 @@ def _labels(values: Pixels, count: int) -> bool:
     return bool((even & middle).sum() > PLATEAU_SHARE * (values > low).sum())
 
 
-def _hard(values: NDArray[np.float64]) -> tuple[BoolArray, list[str]]:
+def _hard(values: Array) -> tuple[BoolArray, list[str]]:
     """Soft edges cut at the middle of the range."""
     low, high = values.min(), values.max()
     bounds = [low + share * (high - low) for share in MIDDLE]

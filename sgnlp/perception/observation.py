@@ -14,10 +14,11 @@ from typing import Any, Literal, TypeVar, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sgnlp.base.arrays import Array, IntArray
 from sgnlp.base.checked import Checked, Positive
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.perception import clouds
-from sgnlp.perception.cleaning import Cleaning, ObservationSettings, check_shape
+from sgnlp.perception.cleaning import Cleaning, ObservationSettings, check_shape, moved
 from sgnlp.perception.views import Cameras
 
 Up = Literal["x", "y", "z", "minus-x", "minus-y", "minus-z"]
@@ -26,8 +27,6 @@ UNTURNED: Up = "z"
 ROTATION_SLACK = 1e-3
 """Largest deviation of a pose's rotation from an orthogonal matrix: it was written with four digits at least."""
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 DEFAULTS = ObservationSettings()
@@ -37,14 +36,14 @@ DEFAULTS = ObservationSettings()
 class Observation:
     """A cleaned cloud in the world frame: z up, metres. Arrays are read-only."""
 
-    points: FloatArray  # (N, 3) [m]
+    points: Array  # (N, 3) [m]
     view: IntArray  # (N,) index into view_names
     view_names: tuple[str, ...]  # (V,)
     table_height: float  # [m] z of the table's plane
     name: str
     digest: str  # SHA-256 of everything that was given to `observe`, name and truth apart
-    camera_positions: FloatArray | None = None  # (V, 3) [m]
-    mesh_vertices: FloatArray | None = None  # (U, 3) [m] the true surface, where it is known
+    camera_positions: Array | None = None  # (V, 3) [m]
+    mesh_vertices: Array | None = None  # (U, 3) [m] the true surface, where it is known
     mesh_faces: IntArray | None = None  # (F, 3)
     mass: float | None = None  # [kg] of the true body
     friction: float | None = None  # true coefficient between a fingertip and the body
@@ -150,20 +149,20 @@ def observe(
     cloud, said = clouds.rows(points, "points")
     cameras = Cameras.of(len(cloud), view, view_names, camera_positions)
     options = (cameras.names, table_height, scale, views, settings)
-    frame = _Frame(scale, None if pose is None else checked_pose(pose))
+    place = None if pose is None else checked_pose(pose)
     kept = cameras.pick(views)
     clean = Cleaning(cloud, settings, [*notes, *said])
     if camera_positions is not None and cameras.positions is None:
         clean.notes.append("Ignored the camera positions: no view says which of them saw a point.")
     clean.keep(np.isin(cameras.view, kept), "belong to views that were not chosen")
-    clean.measured(frame.scale, frame.pose)
+    clean.measured(scale, place)
     clean.drop_marks(table_height)
     clean.drop_copies(cloud)
     table = clean.find_table(table_height)
     clean.thin()
     clean.drop_outliers()
     check_shape(clean.points, settings, table_height)
-    positions = None if cameras.positions is None else frame.to_world(cameras.positions[kept])
+    positions = None if cameras.positions is None else moved(cameras.positions[kept] * scale, place)
     _check_cameras(positions, table)
     mesh = None if mesh_vertices is mesh_faces is None else clouds.mesh(mesh_vertices, mesh_faces)
     return Observation(
@@ -172,9 +171,9 @@ def observe(
         view_names=tuple(cameras.names[i] for i in kept),
         table_height=table,
         name=clouds.safe_name(name),
-        digest=_digest(cloud, cameras.view, cameras.positions, options if frame.pose is None else (*options, pose)),
+        digest=_digest(cloud, cameras.view, cameras.positions, options if pose is None else (*options, pose)),
         camera_positions=None if positions is None else _frozen(positions),
-        mesh_vertices=None if mesh is None else _frozen(frame.to_world(mesh[0])),
+        mesh_vertices=None if mesh is None else _frozen(moved(mesh[0] * scale, place)),
         mesh_faces=None if mesh is None else _frozen(mesh[1]),
         mass=mass,
         friction=friction,
@@ -182,20 +181,7 @@ def observe(
     )
 
 
-@dataclass(frozen=True)
-class _Frame:
-    """From a file's unit and frame to metres in the world."""
-
-    scale: float
-    pose: FloatArray | None  # (4, 4)
-
-    def to_world(self, points: FloatArray) -> FloatArray:
-        """Points (N, 3)."""
-        metres = points * self.scale
-        return metres if self.pose is None else metres @ self.pose[:3, :3].T + self.pose[:3, 3]
-
-
-def world_pose(up: str, pose: Sequence[float] | None) -> FloatArray | None:
+def world_pose(up: str, pose: Sequence[float] | None) -> Array | None:
     """The pose (4, 4) in the world of a frame whose axis `up` points up, or of 16 numbers; None for the world's own.
 
     Raises:
@@ -222,7 +208,7 @@ def world_pose(up: str, pose: Sequence[float] | None) -> FloatArray | None:
     return turn
 
 
-def checked_pose(value: ArrayLike) -> FloatArray:
+def checked_pose(value: ArrayLike) -> Array:
     """The pose (4, 4), with the last row where (3, 4) are given. Raises `InputError` for what is no rigid motion."""
     given = np.asarray(value)
     pose = clouds.floats(given, "pose", (3, 4) if given.shape == (3, 4) else (4, 4))
@@ -237,7 +223,7 @@ def checked_pose(value: ArrayLike) -> FloatArray:
     return pose
 
 
-def _check_cameras(positions: FloatArray | None, table: float) -> None:
+def _check_cameras(positions: Array | None, table: float) -> None:
     """Refuse cameras below the table: they see nothing on it."""
     if positions is not None and (positions[:, 2] < table).any():
         lowest = float(positions[:, 2].min())
@@ -247,7 +233,7 @@ def _check_cameras(positions: FloatArray | None, table: float) -> None:
         )
 
 
-def _digest(cloud: FloatArray, view: IntArray, positions: FloatArray | None, options: object) -> str:
+def _digest(cloud: Array, view: IntArray, positions: Array | None, options: object) -> str:
     digest = hashlib.sha256(repr(options).encode())
     for array in (cloud, view, positions):
         digest.update(b"" if array is None else np.ascontiguousarray(array).tobytes())

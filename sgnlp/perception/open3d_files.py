@@ -9,8 +9,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array, IntArray
 from sgnlp.base.errors import InputError
 
 MESH_SUFFIXES = (".obj", ".stl", ".ply", ".off", ".glb", ".gltf")
@@ -52,12 +52,12 @@ with answer:
 """
 
 
-def points(path: Path) -> NDArray[np.float64]:
+def points(path: Path) -> Array:
     """The points (N, 3) of a .pcd, in its unit. Raises `InputError` if Open3D cannot read all of it."""
     return _read(path, "cloud")["points"]
 
 
-def triangles(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def triangles(path: Path) -> tuple[Array, IntArray]:
     """Vertices (U, 3), in the file's unit, and faces (F, 3) of a .obj, .stl, .ply, .off, .glb or .gltf; z up.
 
     Polygons are cut into triangles; glTF's y, which is up by its definition, becomes z. Raises `InputError` if there is
@@ -95,7 +95,7 @@ def _check_mesh_text(path: Path) -> None:
                 raise InputError(f"has a face of less than three corners (line {number}); is the file cut off?")
 
 
-def _read(path: Path, kind: str) -> dict[str, NDArray[np.float64]]:
+def _read(path: Path, kind: str) -> dict[str, Array]:
     """The arrays of a file that the child answers with."""
     command = [sys.executable, "-P", "-c", READER, str(path.absolute()), kind]
     try:

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.perception import open3d_files, text_rows
 from sgnlp.perception.text_rows import COORDINATES, Text
@@ -149,7 +149,7 @@ def _dtype(columns: Columns) -> np.dtype[np.void]:
     return np.dtype([(str(i), kind) for i, (_, kind) in enumerate(columns)])
 
 
-def _coordinates(body: bytes, columns: Columns, count: int) -> NDArray[np.float64]:
+def _coordinates(body: bytes, columns: Columns, count: int) -> Array:
     """Points (N, 3) of a binary file."""
     rows, names = np.frombuffer(body, _dtype(columns), count), [name for name, _ in columns]
     return np.stack([rows[str(names.index(axis))].astype(np.float64) for axis in COORDINATES], axis=1)

@@ -1,13 +1,11 @@
 """Subsets of a cloud: farthest points, and one point in each cell of a grid."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from sgnlp.base.arrays import Array, IntArray
 from sgnlp.base.errors import InputError
 from sgnlp.perception import clouds
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 MAX_POINTS = 50_000
 """Clouds above this are thinned on a grid first: a million points take a second then."""
@@ -36,7 +34,7 @@ def farthest_points(points: ArrayLike, count: int, seed: int) -> IntArray:
     return candidates[chosen]
 
 
-def grid_sample(points: FloatArray, limit: int) -> IntArray:
+def grid_sample(points: Array, limit: int) -> IntArray:
     """Sorted indices of one point in each cell of a grid just coarse enough for at most `limit` points."""
     if len(points) <= limit:
         return np.arange(len(points))

@@ -6,11 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
-
-Array = NDArray[np.float64]
 
 COMMENTS = ("#", "//", "%", "!")
 COORDINATES = ("x", "y", "z")

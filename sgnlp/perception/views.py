@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array, IntArray
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.perception.clouds import floats, integers
 
@@ -14,9 +14,9 @@ from sgnlp.perception.clouds import floats, integers
 class Cameras:
     """Which camera saw which point."""
 
-    view: NDArray[np.int64]  # (N,) index into names
+    view: IntArray  # (N,) index into names
     names: tuple[str, ...]  # (V,)
-    positions: NDArray[np.float64] | None  # (V, 3)
+    positions: Array | None  # (V, 3)
 
     @classmethod
     def of(cls, count: int, view: object, names: Sequence[str] | None, positions: object) -> "Cameras":
@@ -44,7 +44,7 @@ class Cameras:
             raise InputError(f"'view' must lie in 0..{len(names) - 1}; found {number.min()}..{number.max()}")
         return cls(number, names, place)
 
-    def pick(self, views: Sequence[str | int] | None) -> NDArray[np.int64]:
+    def pick(self, views: Sequence[str | int] | None) -> IntArray:
         """Sorted indices of the views asked for by name, or by place where no name matches; None: all."""
         if views is None:
             return np.arange(len(self.names))

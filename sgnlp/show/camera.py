@@ -8,11 +8,9 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.show.scene_parts import HAND, SURFACE, TABLE, Scene, Shape
-
-Array = NDArray[np.float64]
 
 AZIMUTH, ELEVATION = -55.0, 22.0
 """From where a view is seen at first [deg]: three quarters from the front, from above."""

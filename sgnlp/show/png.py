@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.base import palette
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.show.camera import AZIMUTH, GAP, ROW, ROWS, axes_of_view, beside, placed
 from sgnlp.show.scene_parts import (
@@ -32,8 +33,6 @@ from sgnlp.show.scene_parts import (
     Scene,
     Shape,
 )
-
-Array = NDArray[np.float64]
 
 AZIMUTHS, ELEVATION = (AZIMUTH, AZIMUTH + 90, AZIMUTH + 180), 20.0
 """Three cameras, all from this far above [deg]."""
@@ -61,10 +60,11 @@ class Picture:
     cells: tuple[bytes, ...]
 
 
-def drawable() -> None:
-    """Raise `InputError` unless Matplotlib is installed: before any work."""
-    if find_spec("matplotlib") is None:
-        raise InputError("pictures need Matplotlib: pip install 'sgnlp[view]'")
+def drawable(*others: str) -> None:
+    """Raise `InputError` unless Matplotlib and the `others` are installed: before any work."""
+    missing = [name for name in ("matplotlib", *others) if find_spec(name) is None]
+    if missing:
+        raise InputError(f"pictures need {' and '.join(missing)}: pip install 'sgnlp[view]'")
 
 
 def picture(scene: Scene, rank: int = 0, stage: int = 1) -> bytes:

@@ -8,10 +8,10 @@ pregrasp.
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from sgnlp.base import palette
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.meshes import link_meshes, link_poses, mesh_links
@@ -20,8 +20,6 @@ from sgnlp.planning.problem import Problem
 from sgnlp.show import sheets
 from sgnlp.show.scene_parts import CLOUD, CONTACTS, HAND, NORMALS, SPRINGS, Scene, Shape, Stage, View, named
 from sgnlp.show.scene_shapes import ARROW, axes, coil, cone, segments, solid, spheres, surface, table
-
-Array = NDArray[np.float64]
 
 HAND_OPACITY = 0.35
 """The hand is transparent: object, contacts and springs are behind it."""

@@ -3,14 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from sgnlp.base import palette
+from sgnlp.base.arrays import Array, IntArray
 from sgnlp.base.palette import Colour
 from sgnlp.show.sheets import Sheet
-
-Array = NDArray[np.float64]
 
 HAND, SURFACE, CLOUD, TABLE, AXES, FRAMES = "hand", "surface", "cloud", "table", "axes", "frame axes"
 CONTACTS, NORMALS, CONES, SPRINGS, SPHERES = "contacts", "normals", "friction cones", "springs", "collision spheres"
@@ -61,7 +57,7 @@ class Shape:
 
     layer: str
     vertices: Array  # (U, 3) [m]
-    cells: NDArray[np.int64]
+    cells: IntArray
     colour: Colour
     opacity: float = 1.0
     width: float = 2.0  # of a segment or point [pixel]

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sgnlp.base import palette
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.base.palette import Colour
 from sgnlp.hand.hand import Hand
@@ -13,8 +13,6 @@ from sgnlp.hand.kinematics import frames
 from sgnlp.perception.synthetic import meshes
 from sgnlp.show.scene_parts import AXES, AXIS, CONES, SPHERES, SURFACE, TABLE, Label, Shape
 from sgnlp.surface.gpis import Gpis
-
-Array = NDArray[np.float64]
 
 SURFACE_OPACITY = 0.45
 """The surface is transparent: springs and targets are behind it."""

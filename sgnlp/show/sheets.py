@@ -60,7 +60,7 @@ def _number(value: float | None) -> float:
 
 def checks(found: Mapping[str, Mapping[str, Any]]) -> Sheet:
     """The feasibility checks of a grasp by name, each recomputed without smoothing."""
-    rows = [("constraint", "worst at", "value", "demanded", "passed")]
+    rows = [("constraint", "worst at", "worst value", "demanded", "passed")]
     for name, check in found.items():
         value = f"{_number(check['value']):.3g}" if abs(_number(check["value"])) >= NOTHING else "0"
         row = check["row"].removeprefix(name).strip("[]")

@@ -1,7 +1,6 @@
 """A simulated grasp as a scene, of which `png` makes pictures: the end of each phase on the true object."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from sgnlp.base import palette
@@ -13,8 +12,6 @@ from sgnlp.show.scene_shapes import axes, segments, solid, table
 from sgnlp.simulation import Body, Command, Outcome, SimulationSettings, Trace
 from sgnlp.simulation.displacement import erred
 from sgnlp.simulation.world import World, world
-
-Array = NDArray[np.float64]
 
 PHASES = ("pregrasp", "close", "lift", "hold")
 """The phases that have a picture, each of its end."""

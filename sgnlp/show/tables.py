@@ -5,10 +5,10 @@ from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.text import Text
 
+from sgnlp.base.arrays import Array
 from sgnlp.hand.hand import Hand
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.problem import Problem
@@ -17,8 +17,6 @@ from sgnlp.show import sheets
 from sgnlp.show.columns import Table
 from sgnlp.show.sheets import Sheet
 from sgnlp.simulation import Closing, Outcome, plain
-
-Array = NDArray[np.float64]
 
 COLOURED = {"yes": Text("yes", style="green"), "no": Text("no", style="red")}
 
@@ -139,31 +137,26 @@ def _off_plan(closing: Closing) -> list[str]:
 
 def hands_table(hands: list[Hand]) -> Table:
     """One row a hand."""
-    table = Table("Hands", "name", "fingers", "joints", "spheres", "wrist starts")
+    rows: list[tuple[str, ...]] = [("name", "fingers", "joints", "spheres", "wrist starts")]
     for hand in hands:
         fingers = ", ".join(finger.name for finger in hand.fingers)
         counts = (len(hand.joint_names), len(hand.spheres), len(hand.wrist_starts))
-        table.add_row(hand.name, fingers, *map(str, counts))
-    return table
+        rows.append((hand.name, fingers, *map(str, counts)))
+    return table(Sheet("Hands", tuple(rows)))
 
 
 def facts_table(title: str, facts: dict[str, Any]) -> Table:
     """Names and values."""
-    table = Table(title, "name", "value")
-    for name, value in facts.items():
-        table.add_row(name, str(value))
-    return table
+    return table(Sheet(title, (("name", "value"), *((name, str(value)) for name, value in facts.items()))))
 
 
 def rows_table(title: str, lines: list[dict[str, str]], prose: str = "") -> Table:
     """Lines of equal keys as a table; the column `prose` is text to read."""
-    table = Table(title, *lines[0])
-    for column in table.columns:
+    made = table(Sheet(title, (tuple(lines[0]), *(tuple(line.values()) for line in lines))))
+    for column in made.columns:
         if column.header == prose:
             column.justify = "left"
-    for line in lines:
-        table.add_row(*line.values())
-    return table
+    return made
 
 
 def table(sheet: Sheet, title: str = "") -> Table:

@@ -8,59 +8,27 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import erf
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
-
-Array = NDArray[np.float64]
 
 BLOCK = 4096
 """Elements taken at once: the intermediate results stay in the processor's cache, three times as fast."""
-OPERATIONS: dict[int, Callable[..., Any]] = {
-    ca.OP_ASSIGN: np.positive,
-    ca.OP_ADD: np.add,
-    ca.OP_SUB: np.subtract,
-    ca.OP_MUL: np.multiply,
-    ca.OP_DIV: np.divide,
-    ca.OP_NEG: np.negative,
-    ca.OP_INV: np.reciprocal,
-    ca.OP_TWICE: lambda x: x + x,
-    ca.OP_SQ: np.square,
-    ca.OP_SQRT: np.sqrt,
-    ca.OP_POW: np.power,
-    ca.OP_CONSTPOW: np.power,
-    ca.OP_EXP: np.exp,
-    ca.OP_EXPM1: np.expm1,
-    ca.OP_LOG: np.log,
-    ca.OP_LOG1P: np.log1p,
-    ca.OP_SIN: np.sin,
-    ca.OP_COS: np.cos,
-    ca.OP_TAN: np.tan,
-    ca.OP_ASIN: np.arcsin,
-    ca.OP_ACOS: np.arccos,
-    ca.OP_ATAN: np.arctan,
-    ca.OP_ATAN2: np.arctan2,
-    ca.OP_HYPOT: np.hypot,
-    ca.OP_SINH: np.sinh,
-    ca.OP_COSH: np.cosh,
-    ca.OP_TANH: np.tanh,
-    ca.OP_ERF: erf,
-    ca.OP_FABS: np.abs,
-    ca.OP_SIGN: np.sign,
-    ca.OP_FLOOR: np.floor,
-    ca.OP_CEIL: np.ceil,
-    ca.OP_FMIN: np.fmin,
-    ca.OP_FMAX: np.fmax,
-    ca.OP_LT: np.less,
-    ca.OP_LE: np.less_equal,
-    ca.OP_EQ: np.equal,
-    ca.OP_NE: np.not_equal,
-    ca.OP_NOT: np.logical_not,
-    ca.OP_AND: np.logical_and,
-    ca.OP_OR: np.logical_or,
-    ca.OP_IF_ELSE_ZERO: lambda condition, x: np.where(condition, x, 0.0),
-}
+SAME_NAMES = (
+    *("sqrt", "exp", "expm1", "log", "log1p", "sin", "cos", "tan", "sinh", "cosh", "tanh", "hypot"),
+    *("sign", "floor", "ceil", "fmin", "fmax"),
+)
+"""Functions that NumPy calls as CasADi does."""
+OTHER_NAMES: dict[str, Callable[..., Any]] = {
+    "assign": np.positive, "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide, "neg": np.negative,
+    "inv": np.reciprocal, "twice": lambda x: x + x, "sq": np.square, "pow": np.power, "constpow": np.power, "erf": erf,
+    "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "atan2": np.arctan2, "fabs": np.abs, "lt": np.less,
+    "le": np.less_equal, "eq": np.equal, "ne": np.not_equal, "not": np.logical_not, "and": np.logical_and,
+    "or": np.logical_or, "if_else_zero": lambda condition, x: np.where(condition, x, 0.0),
+}  # fmt: skip
+NAMES = {name: getattr(np, name) for name in SAME_NAMES} | OTHER_NAMES
+OPERATIONS: dict[int, Callable[..., Any]] = {getattr(ca, f"OP_{name.upper()}"): f for name, f in NAMES.items()}
 """NumPy's functions for the instructions of CasADi."""
 
 

@@ -9,14 +9,12 @@ This is the posterior in NumPy; `symbolic.py` has it in CasADi, `gpis_jets.c` in
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cholesky, solve_triangular
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.surface.kernel import MIN_RADIUS, Kernel, check
 from sgnlp.surface.training import TrainingSet
-
-Array = NDArray[np.float64]
 
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 """The order of the 6 second derivatives in a jet."""

@@ -11,15 +11,13 @@ from importlib.resources import files
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sgnlp.base import toolchain
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import MachineError, SolverError
 from sgnlp.surface.gpis import Gpis
 from sgnlp.surface.kernel import Kernel
 from sgnlp.surface.kernels import Matern32, Matern52, SquaredExponential, ThinPlate
-
-Array = NDArray[np.float64]
 
 SOURCE = "gpis_jets.c"
 FLAGS = ("-O2", "-march=native", "-fno-math-errno", "-fno-trapping-math")

@@ -8,16 +8,14 @@ negative one. A copy of the cloud on the table closes the surface below, where n
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.distance import pdist
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.settings import GpisSettings
 from sgnlp.perception.observation import Observation
 from sgnlp.perception.sampling import farthest_points
 from sgnlp.surface.kernel import Kernel
 from sgnlp.surface.kernels import named
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

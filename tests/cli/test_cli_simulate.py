@@ -49,7 +49,7 @@ def folder(tmp_path, monkeypatch) -> Path:
         if name in values and value is not None:
             values[name] = np.array([getattr(row, name) for row in rows])
     values["tips_pregrasp"] = np.array([row.tips for row in rows])
-    values["joints_contact"] = values["joints_squeeze"] = np.full((2, 16), np.nan)
+    values["joints_contact"] = values["joints_squeeze"] = values["joints"]  # under position control they do not press
     values["feasible"] = np.array([True, False])
     results.save(replace(empty, **values), {}, tmp_path / "made")
     return tmp_path / "made"
@@ -110,9 +110,9 @@ def test_the_hand_can_stand_beside_its_place(folder):
     assert (made["settings"]["place_error"], made["settings"]["seed"]) == (0.04, 3)
 
 
-def test_position_control_asks_for_a_plan_of_the_joints(folder, capfd):
-    assert simulate(folder, "--control", "position") == 3
-    assert "--simulation.control position needs a plan of the joints at contact" in capfd.readouterr().err
+def test_position_control_goes_to_the_joints_that_squeeze_which_here_touch_nothing(folder, capfd):
+    assert simulate(folder, "--control", "position", "--push-weights", 0) == 1
+    assert "0 of 4 pads carry load." in capfd.readouterr().out
 
 
 def test_as_many_grasps_as_asked_for_are_carried_out(folder, capfd):

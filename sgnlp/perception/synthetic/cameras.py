@@ -4,13 +4,11 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.base.checked import Checked, NotNegative, Positive
-from sgnlp.perception.synthetic.meshes import FloatArray, Mesh
+from sgnlp.perception.synthetic.meshes import Mesh
 from sgnlp.perception.synthetic.truth import raycasting
-
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -60,18 +58,18 @@ class DepthCamera(Checked):
         return float(np.arctan(min(self.width, self.height) / 2 / self.focal_length))
 
     @property
-    def intrinsics(self) -> FloatArray:
+    def intrinsics(self) -> Array:
         """K (3, 3) [px], (0, 0) being the middle of the first pixel: `rays` are K⁻¹ (u, v, 1)."""
         f = self.focal_length
         return np.array([[f, 0.0, (self.width - 1) / 2], [0.0, f, (self.height - 1) / 2], [0.0, 0.0, 1.0]])
 
-    def rays(self) -> FloatArray:
+    def rays(self) -> Array:
         """Directions (height, width, 3) of all pixels in the camera's frame: x right, y down, z = 1 ahead."""
         u, v = np.meshgrid(np.arange(self.width) + 0.5, np.arange(self.height) + 0.5)
         x, y = (u - self.width / 2) / self.focal_length, (v - self.height / 2) / self.focal_length
         return np.stack([x, y, np.ones_like(x)], axis=-1)
 
-    def flying(self, depth: FloatArray, rng: np.random.Generator) -> FloatArray:
+    def flying(self, depth: Array, rng: np.random.Generator) -> Array:
         """Depths (height, width) [m] where some pixels at an edge mix the body in front with what is behind it."""
         padded = np.pad(depth, 1, mode="edge")
         sides = [padded[1:-1, :-2], padded[1:-1, 2:], padded[:-2, 1:-1], padded[2:, 1:-1]]
@@ -80,7 +78,7 @@ class DepthCamera(Checked):
         gap = np.where(mixed, np.minimum(behind - depth, self.flying_reach), 0.0)
         return depth + gap * rng.random(depth.shape)
 
-    def measured(self, depth: FloatArray, cosine: FloatArray, rng: np.random.Generator) -> FloatArray:
+    def measured(self, depth: Array, cosine: Array, rng: np.random.Generator) -> Array:
         """Depths (height, width) [m] as measured, NaN where nothing comes back.
 
         `cosine` (height, width) is that of the angle of incidence: noise grows as 1 / cosine, because a tilted
@@ -100,12 +98,12 @@ class DepthCamera(Checked):
 class Image:
     """What the rays of a camera meet, without any error."""
 
-    depth: FloatArray  # (height, width) [m] of the body or the table, infinite beyond both
-    cosine: FloatArray  # (height, width) of the angle of incidence
+    depth: Array  # (height, width) [m] of the body or the table, infinite beyond both
+    cosine: Array  # (height, width) of the angle of incidence
     body: BoolArray  # (height, width) whether it is the body
 
 
-def looking_at(position: FloatArray, target: FloatArray) -> FloatArray:
+def looking_at(position: Array, target: Array) -> Array:
     """Rotation (3, 3) whose columns are the camera's x, y, z axes in the world, z towards the target."""
     forward = target - position
     forward /= np.linalg.norm(forward)
@@ -114,7 +112,7 @@ def looking_at(position: FloatArray, target: FloatArray) -> FloatArray:
     return np.stack([right, np.cross(forward, right), forward], axis=1)
 
 
-def image(mesh: Mesh, position: FloatArray, directions: FloatArray) -> Image:
+def image(mesh: Mesh, position: Array, directions: Array) -> Image:
     """What rays from a position (3,) along directions (height, width, 3) meet of a body on the table z = 0.
 
     Depths are multiples of the directions. A face is seen from both sides, so an open mesh is a surface.
@@ -131,9 +129,7 @@ def image(mesh: Mesh, position: FloatArray, directions: FloatArray) -> Image:
     return Image(np.minimum(depth, table), along / np.linalg.norm(directions, axis=-1), body)
 
 
-def view(
-    mesh: Mesh, camera: DepthCamera, position: FloatArray, target: FloatArray, rng: np.random.Generator
-) -> FloatArray:
+def view(mesh: Mesh, camera: DepthCamera, position: Array, target: Array, rng: np.random.Generator) -> Array:
     """The points (n, 3) [m] of a body on the table z = 0 that a camera measures, in the world.
 
     The body's pixels are told from the table's without error, flying ones among them.
@@ -146,12 +142,12 @@ def view(
 
 
 def miscalibrated(
-    points: FloatArray,
+    points: Array,
     shift: tuple[float, float],
     turn_deg: float,
-    target: FloatArray,
+    target: Array,
     rng: np.random.Generator,
-) -> FloatArray:
+) -> Array:
     """Points (n, 3) moved by a small rigid error: turned about the target, shifted by a length in `shift` [m]."""
     axis, direction = rng.standard_normal((2, 3))
     axis *= np.deg2rad(turn_deg) / np.linalg.norm(axis)

@@ -3,21 +3,20 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, cKDTree
 from scipy.spatial.transform import Rotation
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from sgnlp.base.arrays import Array, IntArray
 
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
     """A triangle mesh; faces turn counter-clockwise seen from outside."""
 
-    vertices: FloatArray  # (U, 3) [m]
+    vertices: Array  # (U, 3) [m]
     faces: IntArray  # (F, 3)
 
     @property
@@ -35,13 +34,13 @@ class Mesh:
         return float(self._tetrahedra.sum())
 
     @property
-    def centroid(self) -> FloatArray:
+    def centroid(self) -> Array:
         """Centre (3,) [m] of the enclosed volume: the centre of mass of a uniform body."""
         corners = self.vertices[self.faces].sum(axis=1) / 4  # (F, 3) centroids of the tetrahedra with the origin
         return self._tetrahedra @ corners / self.volume
 
     @property
-    def _tetrahedra(self) -> FloatArray:
+    def _tetrahedra(self) -> Array:
         """Signed volumes (F,) [m³] of the tetrahedra between the faces and the origin."""
         a, b, c = np.moveaxis(self.vertices[self.faces], 1, 0)
         return np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
@@ -118,7 +117,7 @@ def box(size: ArrayLike) -> Mesh:
     return hull(corners * np.asarray(size, np.float64))
 
 
-def hull(points: FloatArray) -> Mesh:
+def hull(points: Array) -> Mesh:
     """The convex hull of points (U, 3) [m]; the origin must be inside."""
     found = ConvexHull(points).simplices
     corners = points[found]

@@ -6,13 +6,14 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.checked import POSITIVE, Checked, NotNegative, Positive
 from sgnlp.base.errors import InputError
 from sgnlp.perception import clouds
 from sgnlp.perception.cleaning import UNITS
 from sgnlp.perception.observation import DEFAULTS
 from sgnlp.perception.synthetic.cameras import DepthCamera, miscalibrated, view
-from sgnlp.perception.synthetic.meshes import FloatArray, Mesh
+from sgnlp.perception.synthetic.meshes import Mesh
 from sgnlp.perception.synthetic.repair import mended
 from sgnlp.perception.synthetic.solids import united
 
@@ -58,7 +59,7 @@ class Ring(Checked):
         self._ordered("elevation_min_deg", "elevation_max_deg")
         self._ordered("shift_min", "shift_max")
 
-    def positions(self, count: int, target: FloatArray, rng: np.random.Generator) -> FloatArray:
+    def positions(self, count: int, target: Array, rng: np.random.Generator) -> Array:
         """Positions (count, 3) [m] around and above a target (3,)."""
         azimuth = np.deg2rad(self.azimuth_deg) + 2 * np.pi * np.arange(count) / count
         distance = rng.uniform(self.distance_min, self.distance_max, (count, 1))
@@ -187,5 +188,5 @@ def _check_size(mesh: Mesh, ring: Ring, camera: DepthCamera) -> None:
         raise InputError(f"the body is {sides.max():.4g} m wide, less than {DEFAULTS.min_width:g} m; {hint}")
 
 
-def _fits(sides: FloatArray, widest: float) -> bool:
+def _fits(sides: Array, widest: float) -> bool:
     return bool(sides.max() >= DEFAULTS.min_width and np.linalg.norm(sides) <= widest)

@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, QhullError
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
-from sgnlp.perception.synthetic.meshes import FloatArray, Mesh
+from sgnlp.perception.synthetic.meshes import Mesh
 
 
 @dataclass(frozen=True)
@@ -36,13 +37,13 @@ TOUCH = 1e-5
 """[m] Radius of the contact spheres in the corners."""
 
 
-def random_orientation(rng: np.random.Generator) -> FloatArray:
+def random_orientation(rng: np.random.Generator) -> Array:
     """A quaternion (4,), xyzw, drawn from all orientations alike."""
     direction = rng.standard_normal(4)
     return direction / np.linalg.norm(direction)
 
 
-def settled(mesh: Mesh, quaternion: ArrayLike, drop: Drop = DROP) -> FloatArray | None:
+def settled(mesh: Mesh, quaternion: ArrayLike, drop: Drop = DROP) -> Array | None:
     """The orientation in which a body comes to rest that is dropped in another; None if it does not within the time.
 
     Both are unit quaternions (4,), xyzw. The body is uniform; where its mesh is not watertight its convex hull is

@@ -6,11 +6,9 @@ Open3D measures, imported here alone and only when a distance is asked for.
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.perception.synthetic.meshes import Mesh
-
-Array = NDArray[np.float64]
 
 CAST_RAYS = 5
 """Rays that vote whether a point is inside: one can slip through an edge between two triangles."""

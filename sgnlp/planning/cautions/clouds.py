@@ -4,15 +4,12 @@ One body on a table gives none.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from sgnlp.perception.cleaning import coordinate_steps
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.cautions.measures import body_shares, bulge, largest_plane, sample, seen_sides
 from sgnlp.planning.cautions.planned import Planned
-
-Array = NDArray[np.float64]
 
 GAP, BODY_SHARE = 0.02, 0.03
 """Groups of points that are farther apart than this [m] and hold this share are bodies: occlusion parts the cloud of
@@ -89,7 +86,7 @@ def underside(cloud: Observation, result: Planned) -> str:
     if top > TOP_SEEN or bottom < UNDERSIDE_SEEN:
         return ""
     seen = f"The cameras saw {bottom:.0%} of the underside and {top:.0%} of the top"
-    return f"{seen}: unless the object is a bowl, another axis is up (--up), or the frame is a camera's (--pose)."
+    return f"{seen}: unless the object is a bowl, another axis may be up (--up), or the frame a camera's (--pose)."
 
 
 def in_the_air(cloud: Observation, result: Planned) -> str:

@@ -3,14 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
+from sgnlp.base.arrays import Array
 from sgnlp.perception.sampling import grid_sample
-
-Array = NDArray[np.float64]
 
 SAMPLE = 1000
 """Points that are looked at, spread evenly by a grid: a few milliseconds' worth."""

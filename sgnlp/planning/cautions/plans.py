@@ -2,17 +2,15 @@
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 from scipy.spatial import QhullError, cKDTree
 
+from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.planning.cautions.measures import outside
 from sgnlp.planning.cautions.planned import Planned
 from sgnlp.planning.kkt import SOLVED_FACTOR
 from sgnlp.planning.recompute import recompute
 from sgnlp.planning.solution import torque_share
 from sgnlp.planning.starts import starts
-
-Array = NDArray[np.float64]
 
 FEASIBLE_SHARE = 0.5
 """Least share of the starts that end feasible: 95 % do on the problem set (`results/feasible`), so fewer than half is
@@ -143,7 +141,7 @@ def close_runner_up(result: Planned) -> str:
     return f"The choice is close: by {key.replace('_', ' ')}, start {g.start[near[0]]} is as good, {unlike}."
 
 
-def _fingers(result: Planned, chosen: NDArray[np.bool_], values: Array, unit: str) -> str:
+def _fingers(result: Planned, chosen: BoolArray, values: Array, unit: str) -> str:
     """The chosen fingers with their values, "" for none."""
     named = zip(result.grasps.finger_names, chosen, values, strict=True)
     return ", ".join(f"{name} {value:.0f} {unit}" for name, is_chosen, value in named if is_chosen)

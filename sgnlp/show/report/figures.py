@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.planning.approach import Approach
 from sgnlp.show.plots import Panel, Series
-
-Array = NDArray[np.float64]
 
 FLOOR = 1e-10
 """Violations below this are drawn there: they are rounding."""

@@ -1,0 +1,8 @@
+"""Types of arrays: numbers, indices and masks."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
