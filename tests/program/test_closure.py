@@ -169,7 +169,7 @@ def test_without_a_pregrasp_the_hand_begins_in_contact():
     assert np.isfinite(s.energy_terms).all()
 
 
-@pytest.mark.parametrize("name", ["no-uncertainty", "no-pad"])
+@pytest.mark.parametrize("name", ["no-uncertainty", "robust+no-contact+no-pad"])
 def test_an_ablation_is_solved(name):
     s, settings = planned(name)
     assert s.solved(settings.solver.tolerance)
@@ -193,7 +193,7 @@ def test_a_plan_for_the_printed_equilibrium_is_judged_by_the_true_one():
 
 
 def test_the_object_is_lifted_by_a_centimetre_where_that_is_desired():
-    s, _ = planned("lift")
+    s, _ = planned("robust+no-contact+lift")
     assert s.feasible
     np.testing.assert_allclose(s.grasp.contacts_eq - s.grasp.contacts, np.tile([0, 0, 0.01], (4, 1)), atol=1e-3)
 
