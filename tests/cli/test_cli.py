@@ -22,7 +22,7 @@ import sgnlp
 from sgnlp import load_grasps
 from sgnlp.base.errors import InputError
 from sgnlp.base.presets import PRESETS, ROBUST
-from sgnlp.base.settings import Settings
+from sgnlp.base.settings import Closing, Settings
 from sgnlp.cli import codes, run
 from sgnlp.cli.progress import bars
 from sgnlp.perception.observation import ObservationSettings
@@ -520,7 +520,8 @@ def test_the_defaults_in_the_help_are_those_of_the_preset(capfd, preset):
 def test_the_settings_of_the_small_flags_are_those_of_the_shared_scene():
     gpis = replace(ROBUST.gpis, surface_points=60, interior_points=15, exterior_noise=0.2)
     contact = replace(ROBUST.contact, mass=0.0, samples=4)
-    assert replace(ROBUST, gpis=gpis, contact=contact) == SMALL
+    limits = replace(ROBUST.limits, place_error=0.0, effort=0.0)
+    assert replace(ROBUST, gpis=gpis, contact=contact, closing=Closing(), limits=limits) == SMALL
     assert isinstance(SMALL, Settings)
     assert solve_start is sgnlp.planning.pool.solve_start
 

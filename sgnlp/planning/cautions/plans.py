@@ -1,5 +1,7 @@
 """What to be wary of in a plan's grasps: each function gives a sentence, or "" where there is no reason for one."""
 
+from collections import Counter
+
 import numpy as np
 import pinocchio as pin
 from scipy.spatial import QhullError, cKDTree
@@ -15,6 +17,10 @@ from sgnlp.planning.starts import starts
 FEASIBLE_SHARE = 0.5
 """Least share of the starts that end feasible: 95 % do on the problem set (`results/feasible`), so fewer than half is
 unusual."""
+NAMED = 3
+"""Constraints that are named where starts fail."""
+WORDS = {"way": "links clear on the way to the contacts", "joint_limits": "joints within their limits"}
+"""Checks that are no constraints, in words."""
 UNSEEN = 0.04
 """Contacts farther than this from every measured point [m] are guesses: seen ones are within 14 mm, and three quarters
 of the plans of the problem set from two cameras have none farther than this."""
@@ -44,9 +50,17 @@ def no_feasible(result: Planned) -> str:
     """No start ended feasible, or few did."""
     count, all_ = int(result.grasps.feasible.sum()), int(result.grasps.meta["starts"])
     if count == 0:
-        return "No start ended feasible: do not carry out what is shown, the least bad grasp."
+        return f"No start ended feasible: do not carry out what is shown, the least bad grasp.{_obstacles(result)}"
     few = f"Only {count} of {all_} starts ended feasible: the hand hardly reaches this object as it lies."
-    return few if count < FEASIBLE_SHARE * all_ else ""
+    return f"{few}{_obstacles(result)}" if count < FEASIBLE_SHARE * all_ else ""
+
+
+def _obstacles(result: Planned) -> str:
+    """What most of the starts that are not feasible fail at, in the words of the constraints."""
+    failed = Counter(name for text in result.grasps.violated for name in str(text).split("; ") if name)
+    about = WORDS | {c.name: c.about for c in (result.problem.constraints if result.problem else ()) if c.about}
+    most = [f"{about.get(name, name)} ({name}, {count})" for name, count in failed.most_common(NAMED)]
+    return f" Constraints that fail most, with the number of starts: {'; '.join(most)}." if most else ""
 
 
 def stopped(result: Planned) -> str:
