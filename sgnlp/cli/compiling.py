@@ -13,6 +13,7 @@ from rich.console import Console
 from sgnlp.base import toolchain
 from sgnlp.base.errors import MachineError, SolverError
 from sgnlp.base.flags import changed, differences
+from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
 from sgnlp.cli.flags import Planning
 from sgnlp.cli.progress import Bar
@@ -95,13 +96,14 @@ def offer(console: Console, hand: Hand, asked: Asked) -> None:
 
 
 def _flags(asked: Asked) -> list[str]:
-    """The flags that decide the structure, where they differ from the defaults."""
-    default, settings = Settings(), asked.settings
+    """The flags that decide the structure, where they differ from the command's own."""
+    default, settings = ROBUST, asked.settings
     contact = {field: getattr(settings.contact, field) for field in CONTACT}
     chosen = replace(
         default,
         spheres=settings.spheres,
         contact=replace(default.contact, **contact),
+        closing=replace(default.closing, planned=settings.closing.planned, c_freedom=settings.closing.c_freedom),
         limits=replace(default.limits, effort=settings.limits.effort),
         solver=replace(default.solver, formulation=settings.solver.formulation),
     )

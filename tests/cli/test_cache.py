@@ -12,7 +12,7 @@ from scenes import hand
 
 from sgnlp.base import toolchain
 from sgnlp.base.presets import PRESETS, ROBUST
-from sgnlp.base.settings import Settings
+from sgnlp.base.settings import Closing, Settings
 from sgnlp.cli import compiling, run
 from sgnlp.hand.hand import load_hand
 from sgnlp.planning.additions import NOTHING
@@ -78,6 +78,8 @@ def test_a_plan_with_interpreted_functions_names_the_command_that_compiles_them(
     assert "'sgnlp cache --build --contact.samples 4 --spheres paper' compiles them" in capfd.readouterr().out
     compiling.offer(console, hand("paper"), asked(settings, hand="some/folder"))
     assert "cache --build --hand some/folder --contact.samples 4 --spheres paper" in capfd.readouterr().out
+    compiling.offer(console, hand("paper"), asked(replace(settings, closing=Closing())))
+    assert "--closing.no-planned --closing.c-freedom 0.0" in capfd.readouterr().out
     compiling.offer(console, hand(), asked(PRESETS["bilevel-heuristic"]))
     assert "cache --build --contact.metric closure --contact.heuristic 1.6' compiles" in capfd.readouterr().out
     compiling.offer(console, hand("paper"), asked(replace(settings, solver=replace(settings.solver, compiled=False))))
