@@ -53,4 +53,5 @@ def test_the_way_between_two_postures_leaves_out_both_and_goes_evenly_through_th
     q, w = posture(hand(), 0), posture(hand(), 1)
     way = closing_way(hand(), WRIST, q, w, 3)
     assert way.shape == (3, len(hand().spheres), 3)
-    np.testing.assert_allclose(way[1], frames(hand(), WRIST, (q + w) / 2)[1], atol=1e-15)
+    for share, spheres in zip((0.25, 0.5, 0.75), way, strict=True):
+        np.testing.assert_allclose(spheres, frames(hand(), WRIST, q + share * (w - q))[1], atol=1e-15)
