@@ -83,6 +83,12 @@ def posed(settings: Settings) -> Problem:
     return build_problem(observation(), hand(settings.spheres), settings)
 
 
+def impossible(settings: Settings) -> Settings:
+    """Settings that no grasp meets: a hand far above its object. A solver is not to search for long."""
+    limits = replace(settings.limits, table_margin=10.0)
+    return replace(settings, limits=limits, solver=replace(settings.solver, penalty_iterations=2, max_iterations=5))
+
+
 def with_settings(problem: Problem, settings: Settings) -> Problem:
     """The same hand and surface with other settings."""
     terms, constraints = preset_terms(settings), preset_constraints(settings)
@@ -97,8 +103,11 @@ def oracle(settings: Settings, name: str) -> Oracle:
 
 
 def built(problem: Problem, name: str) -> Nlp:
-    """The program of a problem in a formulation, interpreted."""
-    return program(problem.hand, problem.structure(formulation(name)), compiled=False)
+    """The program of a problem in a formulation, interpreted; built once for all settings of the same structure."""
+    return _program(problem.hand, problem.structure(formulation(name)))
+
+
+_program = lru_cache(maxsize=None)(partial(program, compiled=False))
 
 
 def random_point(problem: Problem, nlp: Nlp, seed: int, spread: float = 0.05) -> tuple[Start, Array]:

@@ -3,13 +3,13 @@
 import importlib
 import os
 import re
-import shutil
 import subprocess
 import sys
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 
 import pytest
+from browser import FLAT, loaded, needs_a_browser
 
 from sgnlp.base.settings import Settings
 from sgnlp.cli import COMMANDS
@@ -22,8 +22,6 @@ for module in ("latex2mathml", "material", "mkdocstrings"):
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted((ROOT / "docs" / "pages").rglob("*.md"))
-BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
-FLAGS = "--headless=new --no-sandbox --disable-gpu --enable-logging=stderr --virtual-time-budget=30000 --dump-dom"
 LINK = re.compile(r"\]\((?!https?:)([^)#]+)")
 
 
@@ -66,16 +64,15 @@ def test_no_page_loads_anything_from_the_network(site):
         assert not [source for source in loaded if source.startswith(("http:", "https:", "//"))], page
 
 
-@pytest.mark.skipif(BROWSER is None, reason="needs chromium")
+@needs_a_browser
 def test_the_site_is_searched_from_a_folder(site, tmp_path):
     page = (site / "theory" / "grasp.html").as_uri()
-    command = [str(BROWSER), *FLAGS.split(), f"--user-data-dir={tmp_path}"]
     for words, found in (("mumps", {"howto/solver.html"}), ("qqq", set())):
-        done = subprocess.run([*command, f"{page}?q={words}"], capture_output=True, encoding="utf-8", timeout=300)
-        links = re.findall(r'<a href="([^"?#]+)[^"]*" class="md-search-result__link', done.stdout)
+        elements, told = loaded(f"{page}?q={words}", tmp_path, *FLAT, "--virtual-time-budget=30000")
+        links = re.findall(r'<a href="([^"?#]+)[^"]*" class="md-search-result__link', elements)
         assert {link.removeprefix(f"{site.as_uri()}/") for link in links} >= found
         assert bool(links) == bool(found)
-        assert "CONSOLE" not in done.stderr
+        assert not told
 
 
 def test_every_formula_is_drawn(site):

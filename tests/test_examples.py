@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio
 import pytest
-from plans import small_plan
+from plans import SMALL_FLAGS, small_plan
 from scipy.spatial.transform import Rotation
 
 import sgnlp
@@ -18,7 +18,8 @@ from sgnlp.planning import results
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "docs" / "examples"
 BOOST = Path(pinocchio.__file__).parents[4] / "include"  # Pinocchio's wheel brings its headers
-SMALL = ["--gpis.surface-points", "60", "--gpis.interior-points", "15", "--solver.no-compiled", "--starts", "1"]
+SMALL = [*SMALL_FLAGS[:4], "--contact.samples", "4", "--solver.no-compiled", "--solver.formulation", "constrained"]
+SMALL += ["--starts", "1", "--jobs", "1"]
 
 
 @pytest.fixture(scope="module")

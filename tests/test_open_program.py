@@ -25,6 +25,7 @@ from sgnlp.program.nlp import build
 from sgnlp.program.oracle import join
 
 INTERPRETED = replace(SMALL, solver=replace(SMALL.solver, compiled=False))
+ONE_PHASE = replace(INTERPRETED, solver=replace(INTERPRETED.solver, formulation="constrained"))
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ def test_a_term_and_a_constraint_have_exact_derivatives_and_their_exact_value_in
 def plan() -> sgnlp.Plan:
     impossible = sgnlp.Constraint("impossible", lambda g, op: g.wrist_position[2], lower=5.0, unit="m")
     return sgnlp.solve(
-        observation(), hand(), INTERPRETED, terms=[Reach(100.0)], constraints=[OVER, impossible], count=1, jobs=1
+        observation(), hand(), ONE_PHASE, terms=[Reach(100.0)], constraints=[OVER, impossible], count=1, jobs=1
     )
 
 
@@ -168,7 +169,7 @@ def file(tmp_path, monkeypatch) -> Path:
 
 
 def test_a_file_adds_to_a_plan_and_its_hash_is_in_the_result(file):
-    flags = ["--starts", "1", "--jobs", "1", "--with", "own.py", *SMALL_FLAGS]
+    flags = ["--starts", "1", "--jobs", "1", "--with", "own.py", "--solver.formulation", "constrained", *SMALL_FLAGS]
     assert run(["solve", "egg.npz", "--quiet", *flags]) in (codes.FEASIBLE, codes.NONE_FEASIBLE)
     summary = json.loads(Path("results/egg/summary.json").read_text(encoding="utf-8"))
     assert summary["extension"] == {"file": str(file.absolute()), "sha256": sgnlp.extension(file).digest}

@@ -7,7 +7,6 @@ import shutil
 import subprocess
 import sys
 from contextlib import redirect_stderr, redirect_stdout, suppress
-from functools import partial
 from importlib.util import find_spec
 from io import BytesIO, TextIOWrapper
 from itertools import groupby
@@ -16,7 +15,7 @@ from typing import Any
 from unittest import SkipTest
 
 import pytest
-from plans import SMALL_FLAGS
+from readers import CHEAP, pieces_are_coarse, plans_are_cheap
 
 from sgnlp import cli
 
@@ -27,19 +26,15 @@ ROOT = Path(__file__).parents[1]
 PAGES = ROOT / "docs" / "pages"
 SHARED = ("docs", "problems", "urdf")
 """What a reader in the project's folder has, beside the files that a page makes."""
-CHEAP = f"--starts 1 --timeout 3600 {shlex.join(SMALL_FLAGS[:4])}"
-"""Added to the plans of all pages but the tutorial, whose numbers are compared."""
-CHEAPER = "--contact.samples 4 --solver.formulation constrained"
-"""Added too, but to the preset of the paper, which finds nothing then."""
-COARSE = {"mcts_iterations": 30, "resolution": 500}
-"""CoACD's search for the pieces of a body in a third of the time."""
+WHOLE = ("tutorial", "code")
+"""The pages whose numbers are compared: their plans are not made cheap."""
 TOLERANCE = 0.05
 """Of numbers in what the tutorial shows: machines with and without a compiler differ in the last digits."""
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?![\w.]*\d)")
 
 
 @pytest.fixture
-def namespace(tmp_path, monkeypatch) -> dict[str, Any]:
+def namespace(page, tmp_path, monkeypatch) -> dict[str, Any]:
     """A folder with the project's own in it is the current one, with `sgnlp` on the path."""
     monkeypatch.chdir(tmp_path)
     for name in SHARED:
@@ -47,12 +42,11 @@ def namespace(tmp_path, monkeypatch) -> dict[str, Any]:
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     monkeypatch.setenv("COLUMNS", "100")
-    if find_spec("coacd"):
-        import coacd
-
-        monkeypatch.setattr(coacd, "run_coacd", partial(coacd.run_coacd, **COARSE))
+    pieces_are_coarse(monkeypatch)
+    if page.stem not in WHOLE:
+        plans_are_cheap(monkeypatch)
     missing = {"missing": lambda *modules: not all(find_spec(name) for name in modules), "which": shutil.which}
-    return {"printed": "", **missing}
+    return {"printed": "", "whole": page.stem in WHOLE, **missing}
 
 
 def run(example: Any) -> str | None:
@@ -60,7 +54,7 @@ def run(example: Any) -> str | None:
     example.namespace["printed"] = ""
     for ours, lines in groupby(example.parsed.splitlines(), lambda line: line.startswith("sgnlp ")):
         for command in lines if ours else ["\n".join(lines)]:
-            code, out, err = _sgnlp(command, _is_tutorial(example)) if ours else _shell(command)
+            code, out, err = _sgnlp(command, example.namespace["whole"]) if ours else _shell(command)
             example.namespace["printed"] += out
             if code:
                 return f"{command}: exit code {code}\n{out}{err}"
@@ -74,7 +68,7 @@ def _sgnlp(command: str, whole: bool) -> tuple[int, str, str]:
     assert not set("|;&<>*?$`") & set("".join(words)), "needs a shell"
     more = []
     if words[0] in ("solve", "batch") and not whole:
-        more = [*CHEAP.split(), *([] if "--preset paper" in command else CHEAPER.split())]
+        more = CHEAP
     out, err = (TextIOWrapper(BytesIO(), encoding="utf-8", write_through=True) for _ in range(2))
     with redirect_stdout(out), redirect_stderr(err):
         code = cli.run([*words, *more])
@@ -96,7 +90,7 @@ def compare(example: Any) -> str | None:
 
     `...` stands for anything, white space is all alike, numbers agree to `TOLERANCE`.
     """
-    if not _is_tutorial(example):
+    if Path(example.path).stem != "tutorial":
         return None
     expected, printed = example.parsed, example.namespace["printed"]
     parts = [re.escape(part) for part in NUMBER.split(" ".join(expected.split()))]
@@ -107,10 +101,6 @@ def compare(example: Any) -> str | None:
     pairs = zip(map(float, NUMBER.findall(expected)), map(float, found.groups()), strict=True)
     wrong = [f"{theirs:g} is {ours:g}" for theirs, ours in pairs if ours != pytest.approx(theirs, rel=TOLERANCE)]
     return f"{', '.join(wrong)} in\n{printed}" if wrong else None
-
-
-def _is_tutorial(example: Any) -> bool:
-    return Path(example.path).stem == "tutorial"
 
 
 BLOCKS = sybil.Sybil(

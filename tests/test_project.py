@@ -1,13 +1,14 @@
 """What helps those who take part: the hooks, the public CI and the citation parse and agree with the project."""
 
+import importlib
 import re
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
+from test_architecture import INSIDE, ROOMS, dotted, imported, room
 
 import sgnlp
 
@@ -67,13 +68,10 @@ def test_the_tables_to_add_a_line_to_are_there(name, place):
     assert f"{name}" in (ROOT / place).read_text(encoding="utf-8")
 
 
-def test_the_rooms_of_the_picture_are_those_of_the_code():
+def test_the_rooms_of_the_picture_are_those_of_the_code(monkeypatch):
     """The picture of the documentation counts the imports that the test of the architecture sees."""
-    code = (
-        "import sys; sys.path[:0] = ['docs', 'tests']; import rooms, test_architecture as t; "
-        "seen = [(t.room(t.dotted(p)), t.room(n)) for p in t.INSIDE for n in t.imported(p) - {'sgnlp'}]; "
-        "pairs = {(a, b): seen.count((a, b)) for a, b in seen if a != b}; "
-        "assert rooms.order() == t.ROOMS; assert dict(rooms.imports()) == pairs, (dict(rooms.imports()), pairs)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, encoding="utf-8")
-    assert done.returncode == 0, done.stderr
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    rooms = importlib.import_module("rooms")
+    seen = [(room(dotted(path)), room(name)) for path in INSIDE for name in imported(path) - {"sgnlp"}]
+    assert rooms.order() == ROOMS
+    assert dict(rooms.imports()) == {(a, b): seen.count((a, b)) for a, b in seen if a != b}

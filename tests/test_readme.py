@@ -2,20 +2,21 @@
 
 import csv
 import re
-import subprocess
-import sys
 from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 from statistics import mean
+from typing import Any
 
 import pytest
 from plans import small_plan
+from readers import pieces_are_coarse, plans_are_cheap
 
 from sgnlp.experiments.benchmarks.measure import Row
 from sgnlp.experiments.frames import Frame, frame
 from sgnlp.experiments.studies import calibration, convergence, pose, triangles
 from sgnlp.planning import results
+from sgnlp.simulation import Outcome
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -75,13 +76,17 @@ def test_the_two_commands_are_those_that_ci_runs():
         assert len([line for line in commands if words in line]) == 1, words
 
 
-def test_the_program_of_the_readme_runs(tmp_path):
+def test_the_program_of_the_readme_runs(tmp_path, monkeypatch, capsys):
     """A term and a constraint of one's own, solved, saved and simulated, then the result read again."""
     (tmp_path / "problems").symlink_to(ROOT / "problems")
-    code = "\n".join(blocks("python"))
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, encoding="utf-8")
-    assert done.returncode == 0, done.stderr
-    assert done.stdout
+    monkeypatch.chdir(tmp_path)
+    plans_are_cheap(monkeypatch)
+    pieces_are_coarse(monkeypatch)
+    found: dict[str, Any] = {}
+    exec("\n".join(blocks("python")), found)
+    assert capsys.readouterr().out
+    assert found["plan"].best is not None
+    assert isinstance(found["outcome"], Outcome)
 
 
 def test_the_lines_that_read_a_result_run(tmp_path, monkeypatch, capsys):

@@ -27,6 +27,18 @@ def obj(mesh: Mesh = BOX, file: str = "box.obj") -> str:
     return file
 
 
+@pytest.fixture
+def read_at_once(monkeypatch) -> None:
+    """OBJ files of `obj` are read without a process that loads Open3D, where how they are read is not in question."""
+
+    def read(path: Path, kind: str) -> dict[str, np.ndarray]:
+        lines = [line.split() for line in path.read_text(encoding="utf-8").splitlines()]
+        vertices, faces = ([line[1:] for line in lines if line[0] == letter] for letter in "vf")
+        return {"vertices": np.array(vertices, float), "faces": np.array(faces, int) - 1}
+
+    monkeypatch.setattr(open3d_files, "_read", read)
+
+
 def observed(*arguments: object) -> int:
     return run(["observe", *map(str, arguments)])
 
@@ -43,7 +55,7 @@ def test_a_mesh_becomes_a_problem_that_loads(capfd):
     assert np.ptp(observation.mesh_vertices, axis=0) == pytest.approx([0.08 * 2**0.5, 0.08 * 2**0.5, 0.08], abs=1e-5)
 
 
-def test_the_same_seed_gives_the_same_file_and_settling_another_pose():
+def test_the_same_seed_gives_the_same_file_and_settling_another_pose(read_at_once):
     pytest.importorskip("mujoco")
     slab = obj(Mesh(BOX.vertices * [1, 1.5, 0.5], BOX.faces), "slab.obj")
     for out, flags in {"a": [], "b": [], "c": ["--seed", 1, "--ring.points", 500, "--views", 1]}.items():
@@ -105,7 +117,7 @@ def test_what_a_reader_would_misread_is_refused(name: str, content: bytes, messa
         open3d_files.triangles(Path(name))
 
 
-def test_an_open_mesh_is_taken_and_remarked_upon(capfd):
+def test_an_open_mesh_is_taken_and_remarked_upon(read_at_once, capfd):
     assert observed(obj(Mesh(BOX.vertices, BOX.faces[1:]))) == codes.FEASIBLE
     assert "The mesh is not watertight, 3 of its edges do not join two faces" in capfd.readouterr().out
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from PIL import Image
-from scenes import SMALL
+from scenes import SMALL, impossible
 from test_trials import HEAVY, row, setup
 
 from sgnlp.base.presets import ROBUST
@@ -68,8 +68,9 @@ def test_a_trial_carried_out_again_measures_the_surface_at_the_contacts():
     assert again.outcome is not None
     assert again.surface_errors.shape == (4,)
     assert 0 < np.abs(again.surface_errors).max() < 0.05
-    impossible = replace(SMALL, limits=replace(SMALL.limits, table_margin=10.0))
-    none = failures.again(setup(settings=impossible), {"can_1": CAN}, [Condition("2 views", 2)], row(ending=NO_PLAN))
+    none = failures.again(
+        setup(settings=impossible(SMALL)), {"can_1": CAN}, [Condition("2 views", 2)], row(ending=NO_PLAN)
+    )
     assert (none.outcome, none.reasons) == (None, [NO_PLAN])
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scenes import SMALL, random_rotation
+from scenes import SMALL, impossible, random_rotation
 
 from sgnlp.base.presets import ROBUST
 from sgnlp.experiments.frames import frame
@@ -59,9 +59,6 @@ def test_an_object_that_is_to_rise_is_planned_to_and_its_motion_is_simulated(mon
 
 
 def test_a_plan_without_a_feasible_grasp_stays_in_the_table():
-    def impossible(settings):
-        return replace(settings, limits=replace(settings.limits, table_margin=10.0))
-
     setup = Setup((CAN,), "allegro_left", SMALL, 1, 0, 60.0)
     (row,) = pose.risen(setup, CAN, replace(pose.CONDITIONS[0], change=impossible), ["0"])
     assert (row.ending, row.feasible, row.rise == row.rise) == (NO_PLAN, 0, False)

@@ -124,6 +124,7 @@ def test_the_command_writes_programs_and_a_catalogue_or_the_catalogue_alone(tmp_
     monkeypatch.chdir(tmp_path)
     np.savez("cloud.npz", points=ellipsoid(), table_height=0.0)
     flags = ["--starts", "1", "--solver.max-iterations", "2", "--solver.no-compiled", "--gpis.surface-points", "30"]
+    flags += ["--solver.formulation", "constrained", "--contact.samples", "4"]
     assert run(["export", "cloud.npz", *flags, "--catalogue"]) == codes.FEASIBLE
     written = tmp_path / "results" / "testset"
     assert {path.name for path in written.iterdir()} == {"rows.csv", "table.md", "made.json"}

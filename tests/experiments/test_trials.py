@@ -7,11 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from readings import BEGIN, GIVEN, TOUCHED, Played, moved, turn
-from scenes import SMALL
+from scenes import SMALL, impossible
 
 from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST
-from sgnlp.base.settings import Settings
 from sgnlp.experiments.frames import frame
 from sgnlp.experiments.studies import comparison, trials, weights
 from sgnlp.experiments.studies.study import Setup
@@ -72,9 +71,6 @@ def test_a_trial_has_a_row_for_each_load_and_the_same_plan_in_both(monkeypatch):
 
 
 def test_a_plan_without_a_feasible_grasp_is_a_trial_that_failed():
-    def impossible(settings: Settings) -> Settings:
-        return replace(settings, limits=replace(settings.limits, table_margin=10.0))
-
     found = trials.trial(setup(), CAN, Condition("none", 1, impossible), ["0"])
     assert [(r.ending, r.score, r.feasible) for r in found] == [(NO_PLAN, 0.0, 0)] * 2
     assert all(math.isnan(r.rise_mm) for r in found)

@@ -3,10 +3,10 @@
 import random
 import re
 import shutil
-import subprocess
 from pathlib import Path
 
 import pytest
+from browser import drawn, needs_a_browser
 from hands import BENT, THREE, changed, coupled
 
 from sgnlp.base.errors import SgnlpError
@@ -15,8 +15,6 @@ from sgnlp.hand import findings, geometry
 from sgnlp.hand.check import examine
 from sgnlp.hand.findings import Finding
 
-BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
-FLAGS = "--headless=new --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --enable-logging=stderr"
 CUBE = "middle of the tips to that of a 60 mm cube"
 JUNK = ["", "{", "]", ":", "- ", "null", ".nan", "-1", "1e400", '"', "\t", "2001-99-99", "!!python/object:x", "*a", "é"]
 URDF = Path(__file__).parents[2] / "urdf"
@@ -187,20 +185,16 @@ def test_the_picture_shows_the_spheres(tmp_path: Path):
     assert png.read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.skipif(BROWSER is None, reason="needs chromium")
+@needs_a_browser
 def test_the_page_draws_hand_and_spheres_without_an_error(tmp_path: Path):
     pytest.importorskip("plotly")
     page = tmp_path / "hand.html"
     ball = '<link name="base"><visual><geometry><sphere radius="0.03"/></geometry></visual></link>'
     folder = changed(tmp_path, "hand.urdf", ('<link name="base"/>', ball))
     assert run(["check-hand", str(folder), "--html", str(page)]) == 0
-    command = [str(BROWSER), *FLAGS.split(), "--virtual-time-budget=5000", "--dump-dom", page.as_uri()]
-    done = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=400)
-    drawn = done.stdout.rpartition('data-drawn="')[2].partition('"')[0].split(",")
-    assert {"hand", "collision spheres"} <= set(drawn)
-    assert "upper limits" in done.stdout
-    told = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
-    assert not [line for line in told if "Uncaught" in line or "ERROR:CONSOLE" in line or "Failed" in line]
+    layers, elements = drawn(page, tmp_path / "profile")
+    assert {"hand", "collision spheres"} <= layers
+    assert "upper limits" in elements
 
 
 def test_limits_that_are_named_are_those_of_the_module():

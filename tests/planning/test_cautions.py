@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
-from scenes import SMALL, ellipsoid
+from scenes import SMALL, ellipsoid, hand
 
 from sgnlp import observe, solve
 from sgnlp.planning.cautions import OF_CLOUDS, REMARKS, cautions, clouds, plans, remarks
@@ -20,7 +20,8 @@ def plan():
     view = (ellipsoid()[:, 0] > 0).astype(int)
     cameras = np.array([[-0.5, 0.0, 0.4], [0.5, 0.0, 0.4]])
     cloud = observe(ellipsoid(), view=view, camera_positions=cameras, table_height=0.0, name="egg")
-    return solve(cloud, settings=SMALL, count=2, jobs=1)
+    settings = replace(SMALL, solver=replace(SMALL.solver, formulation="constrained"))
+    return solve(cloud, hand(), settings, count=2, jobs=1)
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,8 @@ from sgnlp.surface.kernels import KERNELS
 
 FORMULATIONS = ("penalty", "constrained", "lifted")
 EVERY_TERM = Weights(**{field.name: getattr(Weights(), field.name) or 50.0 for field in fields(Weights)})
-LOADED = replace(SMALL, contact=Contact(mass=0.2, friction=0.7, samples=4), weights=EVERY_TERM)
+LOADED = replace(SMALL, spheres="paper", contact=Contact(mass=0.2, friction=0.7, samples=3), weights=EVERY_TERM)
+"""No more spheres and samples than every row and a straight path need."""
 MOVED = replace(LOADED, contact=replace(LOADED.contact, displacement=(0.01, 0.02, -0.01), rotation=(0.2, -0.1, 0.3)))
 TORQUES = replace(LOADED, limits=replace(LOADED.limits, effort=1.0))
 CLOSURE = replace(TORQUES, contact=replace(LOADED.contact, metric="closure", heuristic=1.6))
@@ -134,8 +135,7 @@ def test_so_it_does_with_a_desired_motion_for_force_closure_and_with_the_hand_at
 
 def compare_with_casadi(settings: Settings, form: str):
     small = replace(settings.gpis, surface_points=12, interior_points=12)
-    contact = replace(settings.contact, samples=2)
-    settings = replace(settings, spheres="paper", gpis=small, contact=contact)
+    settings = replace(settings, gpis=small)
     functions, x, p, lam = scene(settings, form)
     program = hand("paper"), functions.nlp.structure, posed(settings).gpis
     y, q, objective, constraints = plain(*program)

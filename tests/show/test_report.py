@@ -5,13 +5,13 @@ import os
 import re
 import shlex
 import shutil
-import subprocess
 from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import tyro
+from browser import FLAT, loaded, needs_a_browser
 from scenes import ellipsoid
 
 pytest.importorskip("skimage")
@@ -28,8 +28,6 @@ from sgnlp.show import sheets
 from sgnlp.show.report.content import distinct
 from sgnlp.show.report.figures import convergence
 
-BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
-FLAGS = "--headless=new --no-sandbox --disable-gpu --enable-logging=stderr --v=0"
 SMALL = ("--gpis.surface-points", "60", "--gpis.interior-points", "15", "--contact.mass", "0", "--contact.samples", "4")
 
 
@@ -165,14 +163,12 @@ def test_the_page_holds_everything_and_runs_nothing(folder):
     assert page.count("<figure>") == len(re.findall(r"!\[", (folder / "report.md").read_text(encoding="utf-8")))
 
 
-@pytest.mark.skipif(BROWSER is None, reason="needs chromium")
+@needs_a_browser
 def test_the_page_loads_without_an_error_or_a_request(folder, tmp_path):
     log = tmp_path / "net.json"
-    command = [str(BROWSER), *FLAGS.split(), f"--log-net-log={log}", f"--user-data-dir={tmp_path}", "--dump-dom"]
-    page = folder / "report.html"
-    done = subprocess.run([*command, page.as_uri()], capture_output=True, encoding="utf-8", timeout=300)
-    assert "</html>" in done.stdout
-    assert "CONSOLE" not in done.stderr
+    elements, told = loaded((folder / "report.html").as_uri(), tmp_path, *FLAT, f"--log-net-log={log}")
+    assert "</html>" in elements
+    assert not told
     assert not re.search(r'"url":"https?://(?!(?:[\w.-]+\.)?google|[\w.-]*gvt)[^"]*', log.read_text(encoding="utf-8"))
 
 
