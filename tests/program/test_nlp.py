@@ -135,7 +135,7 @@ def test_so_it_does_with_a_desired_motion_for_force_closure_and_with_the_hand_at
 
 def compare_with_casadi(settings: Settings, form: str):
     small = replace(settings.gpis, surface_points=12, interior_points=12)
-    settings = replace(settings, gpis=small)
+    settings = replace(settings, spheres="paper", gpis=small)
     functions, x, p, lam = scene(settings, form)
     program = hand("paper"), functions.nlp.structure, posed(settings).gpis
     y, q, objective, constraints = plain(*program)
