@@ -4,16 +4,17 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from sgnlp.base.errors import unknown
-from sgnlp.base.settings import Closing, Contact, GpisSettings, Limits, Settings, Weights
+from sgnlp.base.settings import Closing, Contact, FreeSpace, GpisSettings, Limits, Settings, Smoothing, Weights
 
 PAPER = Settings(limits=Limits(force_max=1e3), spheres="paper")
 """The paper's weights with its errata corrected."""
 
 ROBUST = Settings(
     gpis=GpisSettings(exterior_noise=0.05),
+    free_space=FreeSpace(used=True),
     contact=Contact(friction=0.6, mass=0.3),
     weights=replace(Weights(), gain=0.0),
-    closing=Closing(planned=True, c_freedom=0.3),
+    closing=Closing(planned=True, c_freedom=0.3, margin=0.008),
     limits=Limits(
         force_min=4.0,
         rotation_deg=10.0,
@@ -24,6 +25,7 @@ ROBUST = Settings(
         place_error=0.008,
         effort=1.0,
     ),
+    smoothing=Smoothing(deviation=0.008),
 )
 """What held best in simulation: exterior points that close the surface near what was seen, more force and stiffness,
 reserves of friction and weight, the whole hand covered, and the hand at first contact planned, within what its motors

@@ -41,6 +41,53 @@ class GpisSettings(Checked):
 
 
 @dataclass(frozen=True)
+class FreeSpace(Checked):
+    """How the surface is fitted where the cameras are known, so that they tell where the object is not.
+
+    These numbers then stand in for those of `gpis` but for the kernel. They were chosen on the tuning half of the
+    problem set by the error on seen and unseen sides and by the coverage of intervals (`sgnlp study calibration`).
+    """
+
+    section = "free_space"
+    used: bool = False
+    """use the space that cameras saw through; off, or without camera positions, the set of `gpis` is fitted"""
+    surface_points: Annotated[int, (10, 5000)] = 120
+    """measured points kept by farthest-point sampling"""
+    surface_noise: Positive = 0.0025
+    """deviation of a measured point [m]"""
+    table_points: Annotated[int, (0, 5000)] = 30
+    """points of the table under the cloud, where no camera saw through to it"""
+    near_points: Annotated[int, (1, 5000)] = 55
+    """free points near the hull of what may be solid"""
+    near_from: NotNegative = 0.004
+    """they are at least this far from the hull [m]"""
+    near_to: Positive = 0.012
+    """and at most this far [m]"""
+    far_points: Annotated[int, (0, 5000)] = 15
+    """free points farther from the hull"""
+    far_from: NotNegative = 0.03
+    """they are at least this far from the hull [m]"""
+    far_to: Positive = 0.05
+    """and at most this far [m]"""
+    far_share: Annotated[float, (0.0, 1.0)] = 0.5
+    """value of a far point over its distance to the hull, which is within the object's by less the farther it is"""
+    noise: Positive = 0.004
+    """deviation of the value of a free point [m]"""
+    prior_mean: Positive = 0.1
+    """prior mean, and prior deviation of kernels that have one [m]"""
+    support_scale: Annotated[float, (1.0, 10.0)] = 2.2
+    """R of the kernel over the largest distance between training points, so that the palm stays in the ball"""
+    deviation_scale: Positive = 0.36
+    """factor on kernel and noise deviations alike: it leaves the mean as it is and calibrates the intervals"""
+
+    def __post_init__(self) -> None:
+        """Also that no band ends before it begins."""
+        super().__post_init__()
+        self._ordered("near_from", "near_to")
+        self._ordered("far_from", "far_to")
+
+
+@dataclass(frozen=True)
 class Weights(Checked):
     """Weights of the energy terms (paper, table of weights)."""
 
@@ -223,6 +270,7 @@ class Settings(Checked):
     """All settings of a plan."""
 
     gpis: GpisSettings = field(default_factory=GpisSettings)
+    free_space: FreeSpace = field(default_factory=FreeSpace)
     contact: Contact = field(default_factory=Contact)
     weights: Weights = field(default_factory=Weights)
     closing: Closing = field(default_factory=Closing)

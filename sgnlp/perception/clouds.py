@@ -17,7 +17,11 @@ from sgnlp.perception.text_rows import directions
 PER_CAMERA = "points_"  # prefix of the keys of a file with one array per camera
 NUMBERS = ("table_height", "mass", "friction")  # keys of single numbers
 TEXTS = ("name", "half")  # keys of texts; the half of a problem set is tuning or held_out
-OPTIONAL_KEYS = ("view", "camera_positions", "mesh_vertices", "mesh_faces", "notes", *NUMBERS, *TEXTS)
+OPTIONAL_KEYS = (
+    *("view", "camera_positions", "background", "background_view", "mesh_vertices", "mesh_faces", "notes"),
+    *NUMBERS,
+    *TEXTS,
+)
 ATTRIBUTES = (
     *("rgb", "rgba", "bgr", "color", "colors", "colour", "colours", "normal", "normals", "intensity", "intensities"),
     *("label", "labels", "mask", "class", "classes", "segment", "segments", "semantic", "instance", "instances"),

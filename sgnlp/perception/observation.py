@@ -6,7 +6,7 @@ graspable size. `sgnlp.perception.cleaning` has the steps and their settings.
 """
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, TypeVar, get_args
@@ -43,6 +43,8 @@ class Observation:
     name: str
     digest: str  # SHA-256 of everything that was given to `observe`, name and truth apart
     camera_positions: Array | None = None  # (V, 3) [m]
+    background: Array | None = None  # (M, 3) [m] what the cameras measured around and behind the object
+    background_view: IntArray | None = None  # (M,) index into view_names
     mesh_vertices: Array | None = None  # (U, 3) [m] the true surface, where it is known
     mesh_faces: IntArray | None = None  # (F, 3)
     mass: float | None = None  # [kg] of the true body
@@ -124,6 +126,8 @@ def observe(
     scale: float = 1.0,
     name: str = "object",
     camera_positions: ArrayLike | None = None,
+    background: ArrayLike | None = None,
+    background_view: ArrayLike | None = None,
     mesh_vertices: ArrayLike | None = None,
     mesh_faces: ArrayLike | None = None,
     mass: float | None = None,
@@ -137,7 +141,9 @@ def observe(
     `view` (N,) numbers the camera of each point, `view_names` names the cameras (default: their numbers), and
     `views` keeps some of them by name, or by place in the order of the names where no name matches. `scale`
     turns `points`, `camera_positions` (V, 3) and the mesh (U, 3), (F, 3) into metres; `table_height` is in
-    metres already and is estimated from the lowest points where it is missing. `pose` (4, 4) is that of their frame in
+    metres already and is estimated from the lowest points where it is missing. `background` (M, 3) is what the cameras
+    `background_view` (M,) measured around and behind the object: without it, a camera is taken to have seen through
+    wherever it measured nothing of the object. `pose` (4, 4) is that of their frame in
     the world [m], where it is another one; a table's height is the world's in any case. `mass` [kg] and `friction` are,
     like the mesh, the truth that a simulation needs. Raises `InputError` for everything that cannot be the cloud
     of one graspable object on a table.
@@ -162,17 +168,27 @@ def observe(
     clean.thin()
     clean.drop_outliers()
     check_shape(clean.points, settings, table_height)
+    view = np.searchsorted(kept, cameras.view[clean.index])
     positions = None if cameras.positions is None else moved(cameras.positions[kept] * scale, place)
     _check_cameras(positions, table)
+    around = cameras.background(background, background_view)
+    behind = None
+    if around is not None:
+        chosen = np.isin(around[1], kept)
+        behind = moved(around[0][chosen] * scale, place), np.searchsorted(kept, around[1][chosen])
     mesh = None if mesh_vertices is mesh_faces is None else clouds.mesh(mesh_vertices, mesh_faces)
     return Observation(
         points=_frozen(clean.points),
-        view=_frozen(np.searchsorted(kept, cameras.view[clean.index])),
+        view=_frozen(view),
         view_names=tuple(cameras.names[i] for i in kept),
         table_height=table,
         name=clouds.safe_name(name),
-        digest=_digest(cloud, cameras.view, cameras.positions, options if pose is None else (*options, pose)),
+        digest=_digest(
+            (cloud, cameras.view, cameras.positions, *(around or ())), options if pose is None else (*options, pose)
+        ),
         camera_positions=None if positions is None else _frozen(positions),
+        background=None if behind is None else _frozen(behind[0]),
+        background_view=None if behind is None else _frozen(behind[1]),
         mesh_vertices=None if mesh is None else _frozen(moved(mesh[0] * scale, place)),
         mesh_faces=None if mesh is None else _frozen(mesh[1]),
         mass=mass,
@@ -233,9 +249,9 @@ def _check_cameras(positions: Array | None, table: float) -> None:
         )
 
 
-def _digest(cloud: Array, view: IntArray, positions: Array | None, options: object) -> str:
+def _digest(arrays: Iterable[Array | IntArray | None], options: object) -> str:
     digest = hashlib.sha256(repr(options).encode())
-    for array in (cloud, view, positions):
+    for array in arrays:
         digest.update(b"" if array is None else np.ascontiguousarray(array).tobytes())
     return digest.hexdigest()
 

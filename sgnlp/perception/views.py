@@ -44,6 +44,21 @@ class Cameras:
             raise InputError(f"'view' must lie in 0..{len(names) - 1}; found {number.min()}..{number.max()}")
         return cls(number, names, place)
 
+    def background(self, points: object, view: object) -> tuple[Array, IntArray] | None:
+        """What the cameras measured around the object, (M, 3) and (M,), as far as it is finite.
+
+        Raises `InputError` for another shape, or a camera that is not there.
+        """
+        if points is None:
+            return None
+        found, number = floats(points, "background", (None, 3)), integers(view, "background_view", (None,))
+        if len(number) != len(found):
+            raise InputError(f"'background_view' has {len(number)} entries for {len(found)} points of 'background'")
+        if len(number) and (number.min() < 0 or number.max() >= len(self.names)):
+            raise InputError(f"'background_view' must lie in 0..{len(self.names) - 1}")
+        finite = np.isfinite(found).all(axis=1)
+        return found[finite], number[finite]
+
     def pick(self, views: Sequence[str | int] | None) -> IntArray:
         """Sorted indices of the views asked for by name, or by place where no name matches; None: all."""
         if views is None:

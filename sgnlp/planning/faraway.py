@@ -26,13 +26,14 @@ def origin(observation: Observation) -> Array:
 
 
 def moved_cloud(observation: Observation, by: Array) -> Observation:
-    """The same cloud, table, cameras and true surface, moved by (3,) [m]."""
-    cameras, mesh = observation.camera_positions, observation.mesh_vertices
+    """The same cloud, table, cameras, background and true surface, moved by (3,) [m]."""
+    cameras, background, mesh = observation.camera_positions, observation.background, observation.mesh_vertices
     return replace(
         observation,
         points=observation.points + by,
         table_height=observation.table_height + float(by[2]),
         camera_positions=None if cameras is None else cameras + by,
+        background=None if background is None else background + by,
         mesh_vertices=None if mesh is None else mesh + by,
     )
 

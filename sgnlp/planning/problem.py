@@ -165,7 +165,7 @@ def build_problem(
     """Fit the surface of an observation and put together the problem of grasping it."""
     hand = load_hand(hand, settings.spheres) if isinstance(hand, str) else hand
     with threadpool_limits(1):  # the bits of a factorisation depend on the number of threads
-        gpis = fit(training_set(observation, settings.gpis, seed, additions.kernel))
+        gpis = fit(training_set(observation, settings.gpis, seed, additions.kernel, settings.free_space))
     box = np.stack([observation.points.min(axis=0), observation.points.max(axis=0)])
     return Problem(
         hand=hand,

@@ -1,7 +1,8 @@
 """The Gaussian-process implicit surface: posterior of a signed function, 0 on the surface, negative inside.
 
-    μ(x) = m + k(x)ᵀα,   α = K⁻¹(y - m),   σ²(x) = k(0) - |L⁻¹k(x)|²,   K = k(X, X) + diag(s²) = L Lᵀ
+    μ(x) = m + k(x)ᵀα,   α = K⁻¹(y - m),   σ²(x) = s² (k(0) - |L⁻¹k(x)|²),   K = k(X, X) + diag(ε²) = L Lᵀ
 
+With the kernel s²k and the noise sε instead, the mean is the same: s calibrates the deviation alone.
 The mean is *not* a distance. Where a length is meant, use d = μ/|∇μ| and σ_d = σ/|∇μ|, exact to first order.
 This is the posterior in NumPy; `symbolic.py` has it in CasADi, `gpis_jets.c` in C.
 """
@@ -35,9 +36,10 @@ class Gpis:
         prior: prior mean m [m].
         X: training points (N, 3) [m].
         alpha: weights K⁻¹(y - m) (N,).
-        chol_inverse: L⁻¹ (N, N), lower triangular.
+        chol_inverse: s L⁻¹ (N, N), lower triangular.
         centre: of the ball in which every query is nearer than R to every training point (3,) [m].
         radius: of that ball [m].
+        deviation_scale: s, by which σ is that of the process times s.
     """
 
     kernel: Kernel
@@ -47,6 +49,7 @@ class Gpis:
     chol_inverse: Array
     centre: Array
     radius: float
+    deviation_scale: float = 1.0
 
     def _radial(self, Z: Array) -> tuple[Array, tuple[Array, Array, Array, Array]]:
         """Differences z - x_n (3, Q, N) and the kernel's (k, Dk, D²k, D³k), each (Q, N)."""
@@ -56,8 +59,8 @@ class Gpis:
 
     @property
     def prior_variance(self) -> float:
-        """k(0) [m²]."""
-        return float(self.kernel.radial(np.array(MIN_RADIUS))[0])
+        """s² k(0) [m²]."""
+        return self.deviation_scale**2 * float(self.kernel.radial(np.array(MIN_RADIUS))[0])
 
     def mean(self, Z: Array) -> Array:
         """μ (Q,) [m] at query points Z (Q, 3) [m]."""
@@ -106,7 +109,7 @@ class Gpis:
     def variance_jet(self, Z: Array) -> Array:
         """σ² and its derivatives of order 1 and 2 (Q, 10) at Z (Q, 3); σ² is not cut off at 0 here.
 
-        With w = L⁻¹k and β = L⁻ᵀw: ∂_a σ² = -2 wᵀL⁻¹∂_a k, ∂_ab σ² = -2 (L⁻¹∂_a k)ᵀL⁻¹∂_b k - 2 βᵀ∂_ab k.
+        With w = s L⁻¹k and β = s L⁻ᵀw: ∂_a σ² = -2 s wᵀL⁻¹∂_a k, ∂_ab σ² = -2 s² (L⁻¹∂_a k)ᵀL⁻¹∂_b k - 2 βᵀ∂_ab k.
         """
         d, (k, k1, k2, _) = self._radial(Z)
         Q = len(Z)
@@ -135,11 +138,11 @@ def fit(training: TrainingSet) -> Gpis:
     Raises:
         InputError: the kernel is not one, or the covariance of the training set is not positive definite.
     """
-    X, y, s, kernel = training.X, training.y, training.noise, training.kernel
+    X, y, kernel, scale = training.X, training.y, training.kernel, training.deviation_scale
     check(kernel)
     r = np.linalg.norm(X[:, None] - X[None], axis=2)
     try:
-        L = cholesky(kernel.radial(np.maximum(r, MIN_RADIUS))[0] + np.diag(s**2), lower=True)
+        L = cholesky(kernel.radial(np.maximum(r, MIN_RADIUS))[0] + np.diag(training.noise**2), lower=True)
     except LinAlgError as error:
         raise InputError(
             f"no surface can be fitted with kernel '{kernel.name}': its covariance is not positive definite ({error})"
@@ -148,8 +151,8 @@ def fit(training: TrainingSet) -> Gpis:
     alpha = chol_inverse.T @ (chol_inverse @ (y - training.prior))
     centre = training.centre
     radius = kernel.support_radius - float(np.linalg.norm(X - centre, axis=1).max())
-    arrays = [np.ascontiguousarray(a) for a in (X, alpha, chol_inverse, centre)]
+    arrays = [np.ascontiguousarray(a) for a in (X, alpha, scale * chol_inverse, centre)]
     for a in arrays:
         a.flags.writeable = False
     X, alpha, chol_inverse, centre = arrays
-    return Gpis(kernel, training.prior, X, alpha, chol_inverse, centre, radius)
+    return Gpis(kernel, training.prior, X, alpha, chol_inverse, centre, radius, scale)

@@ -10,9 +10,10 @@ from scenes import SEMI_AXES, observation, random_rotation, sphere_points, surfa
 
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import GpisSettings
+from sgnlp.surface.cube import cube_directions
 from sgnlp.surface.gpis import Gpis, fit
 from sgnlp.surface.kernels import KERNELS, ThinPlate
-from sgnlp.surface.training import TrainingSet, cube_directions, max_distance, training_set
+from sgnlp.surface.training import TrainingSet, max_distance, training_set
 
 NAMES = sorted(KERNELS)
 

@@ -7,7 +7,8 @@ import pytest
 from scenes import observation
 
 from sgnlp.base.settings import GpisSettings
-from sgnlp.surface.training import cube_directions, interior_mixtures, training_set
+from sgnlp.surface.cube import cube_directions, interior_mixtures
+from sgnlp.surface.training import training_set
 
 SETTINGS = GpisSettings(surface_points=80)
 

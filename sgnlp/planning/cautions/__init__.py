@@ -21,6 +21,7 @@ OF_CLOUDS: tuple[OfCloud, ...] = (
     clouds.rounded,
     clouds.thin,
     clouds.few_points,
+    clouds.cameras,
     clouds.thin_walls,
 )
 OF_PLANS: tuple[OfPlan, ...] = (

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from sgnlp.perception.cleaning import coordinate_steps
+from sgnlp.perception.free_space import doubt
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.cautions.measures import body_shares, bulge, largest_plane, sample, seen_sides
 from sgnlp.planning.cautions.planned import Planned
@@ -130,6 +131,14 @@ def table_assumed(cloud: Observation, result: Planned) -> str:
     assumed = any(note.startswith("Assumed the table") for note in cloud.notes)
     lowest = f"The table's height, {cloud.table_height:.4f} m, is that of the lowest points"
     return f"{lowest}: it is too high if the cloud was cropped above the table." if assumed else ""
+
+
+def cameras(cloud: Observation, result: Planned) -> str:
+    """Cameras that cannot have stood where they are said to."""
+    if cloud.camera_positions is None:
+        return ""
+    why = doubt(cloud.points, cloud.view, cloud.camera_positions)
+    return f"The camera positions are wrong: {why}. What the cameras saw through is not used." if why else ""
 
 
 def thin_walls(cloud: Observation, result: Planned) -> str:

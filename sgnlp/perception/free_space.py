@@ -1,0 +1,214 @@
+"""Free space: where a camera saw that nothing is.
+
+A camera at o with axes R sees a point x along its ray as q = R (x - o). Its image is divided into cells of q_x/q_z and
+q_y/q_z, and each cell has the depth q_z up to which its rays met nothing:
+
+* where the object was measured, the nearest depth that was measured there;
+* where something behind it was measured, that depth; nothing if the cell returned nothing, which proves nothing;
+* beside the object, where only its own points are known: infinity. The silhouette of its points is closed first, so
+  that neither their spacing nor what returned nothing opens holes.
+
+A point is free if one camera sees that it is.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+from scipy.spatial import cKDTree
+
+from sgnlp.base.arrays import Array, BoolArray, IntArray
+
+CELL = 0.002
+"""Width of a cell at the object's distance [m]: a depth camera's pixel covers 0.5 to 1.5 mm there."""
+MAX_CELLS = 400
+"""Cells on the longer side of an image at most: larger ones are of a wider object."""
+CLOSED = 0.010
+"""Holes of the silhouette narrower than twice this are closed [m]: blocks of pixels without return are 6 mm wide."""
+SPACINGS = 3.0
+"""Holes are closed up to twice this many spacings of the points, if that is more."""
+SPACING_QUANTILE = 0.9
+GROWN = 0.004
+"""The silhouette is wider than the points on each side [m]: grazing surfaces return nothing, calibrations err."""
+FRONT = 0.006
+"""A point is free if it is this far in front of what was measured [m]: noise and calibration, three deviations."""
+AROUND = 0.08
+"""A background tells what is free within this of the object [m]; a hand's surface model reaches 5 cm."""
+FAR_OFF = 1e6
+"""Cells beyond this are all the same: no image reaches there."""
+FEW = 10
+"""Fewer points of a view have no silhouette."""
+HIDDEN, HIDDEN_SHARE = 0.02, 0.05
+"""A point hides another in its cell that is this far behind it [m]. Of the points of a camera, seen from where it stood,
+under 1 % are hidden on the problem set; from the far side of the object the near points hide 18 % in the median."""
+CONTRADICTED_SHARE = 0.3
+"""Cameras contradict each other if one would have seen through this share of what the others measured: up to 19 % of a
+tall box, whose side it saw at too grazing an angle for a return."""
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """The cells of a camera's image, the middle of which is that of the object."""
+
+    position: Array  # (3,) [m] of the camera
+    axes: Array  # (3, 3), rows: right, down and ahead in the world
+    cells: float  # cells per unit of q_x/q_z
+    corner: IntArray  # (2,) numbers of the first cell
+    shape: tuple[int, ...]  # (w, h)
+
+    @classmethod
+    def around(cls, position: Array, points: Array, beyond: float = 0.0) -> "tuple[Image, float, float]":
+        """An image that holds points (n, 3) and what is `beyond` them [m]; cells between the points, and to grow by."""
+        axes, distance = _looking(position, points.mean(axis=0))
+        width = max(CELL, float(np.linalg.norm(np.ptp(points, axis=0))) / MAX_CELLS)
+        cell = _numbers(points, position, axes, distance / width)[0]
+        spacing = max(_spacing(cell), CLOSED / SPACINGS / width)
+        edge = int(np.ceil(max(SPACINGS * spacing + GROWN / width, beyond / width))) + 2
+        shape = tuple(map(int, np.ptp(cell, axis=0) + 1 + 2 * edge))
+        return cls(position, axes, distance / width, cell.min(axis=0) - edge, shape), spacing, GROWN / width
+
+    def place(self, X: Array) -> tuple[IntArray, Array, BoolArray]:
+        """The cells (n, 2) of points (n, 3), how far ahead they are (n,) [m], and whether they are in the image."""
+        cell, ahead = _numbers(X, self.position, self.axes, self.cells)
+        cell -= self.corner
+        return cell, ahead, ((cell >= 0) & (cell < self.shape)).all(axis=1) & (ahead > 0)
+
+    def nearest(self, points: Array) -> Array:
+        """The least depth (w, h) [m] in each cell, infinite where there is no point (n, 3)."""
+        cell, ahead, inside = self.place(points)
+        depth = np.full(self.shape, np.inf)
+        np.minimum.at(depth, (cell[inside, 0], cell[inside, 1]), ahead[inside])
+        return depth
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """What one camera saw of the space around an object."""
+
+    image: Image
+    depth: Array  # (w, h) [m] up to which rays met nothing: 0 where nothing is known, infinite where nothing is
+    beside: float  # [m] the same outside the image
+
+    def free(self, X: Array, front: float = FRONT) -> BoolArray:
+        """Whether it saw that nothing is at points (n, 3) [m], by `front` [m] before what it measured."""
+        cell, ahead, inside = self.image.place(X)
+        up_to = np.full(len(X), self.beside)
+        up_to[inside] = self.depth[cell[inside, 0], cell[inside, 1]]
+        return np.asarray((ahead > 0) & (ahead < up_to - front))
+
+
+def free(sights: Sequence[Sight], X: Array, front: float = FRONT) -> BoolArray:
+    """Whether one of the cameras saw that nothing is at points (n, 3) [m]."""
+    return np.any([sight.free(X, front) for sight in sights], axis=0) if sights else np.zeros(len(X), bool)
+
+
+def sight(position: Array, points: Array, others: Array | None = None, background: Array | None = None) -> Sight:
+    """What a camera at a position (3,) saw of an object's points (n, 3), and of `background` (m, 3) around it [m].
+
+    Without `background` it is taken that the camera would have measured the object wherever it is: but for the points
+    `others` (k, 3) that other cameras measured, where a surface that it saw at a grazing angle returned nothing.
+    """
+    image, spacing, grown = Image.around(position, points, 0.0 if background is None else AROUND)
+    own = image.nearest(points)
+    if background is not None:
+        behind = image.nearest(background)
+        proved = np.where(np.isfinite(behind), behind, 0.0)
+        depth = np.where(_grown(np.isfinite(own), grown), np.minimum(_filled(own), behind), proved)
+        return Sight(image, _lowered(depth, spacing), 0.0)
+    silhouette = _closed(np.isfinite(own), SPACINGS * spacing)
+    depth = np.where(_grown(silhouette, grown), _filled(own), np.inf)
+    if others is not None:
+        unseen = np.where(silhouette, np.inf, image.nearest(others))
+        if np.isfinite(unseen).any():
+            beyond = _grown(_closed(np.isfinite(unseen), SPACINGS * spacing), grown) & ~silhouette
+            depth = np.where(beyond, np.minimum(depth, _filled(unseen)), depth)
+    return Sight(image, _lowered(depth, spacing), np.inf)
+
+
+def sights(
+    points: Array,
+    view: IntArray,
+    positions: Array,
+    background: Array | None = None,
+    background_view: IntArray | None = None,
+) -> tuple[Sight, ...]:
+    """The sights of cameras at positions (V, 3), of points (n, 3) and their cameras' numbers (n,).
+
+    A camera that measured fewer than `FEW` points has none.
+    """
+    found = []
+    for number, position in enumerate(positions):
+        own = points[view == number]
+        if len(own) >= FEW:
+            around = None if background is None else background[background_view == number]
+            found.append(sight(position, own, points[view != number], around))
+    return tuple(found)
+
+
+def doubt(points: Array, view: IntArray, positions: Array) -> str:
+    """Why cameras cannot have stood at their positions (V, 3) when they saw points (n, 3), or ""."""
+    for number, position in enumerate(positions):
+        own, others = points[view == number], points[view != number]
+        if len(own) < FEW:
+            continue
+        seen = sight(position, own)
+        hidden = _hidden_share(seen.image, own)
+        if hidden > HIDDEN_SHARE:
+            return f"from where camera {number} is said to be, {hidden:.0%} of its points hide behind others"
+        share = float(seen.free(others).mean()) if len(others) >= FEW else 0.0
+        if share > CONTRADICTED_SHARE:
+            return f"camera {number} is said to be where it would have seen through {share:.0%} of the others' points"
+    return ""
+
+
+def _hidden_share(image: Image, points: Array) -> float:
+    """Share of a camera's points (n, 3) that lie behind another in the same cell."""
+    cell, ahead, _ = image.place(points)
+    return float((ahead > image.nearest(points)[cell[:, 0], cell[:, 1]] + HIDDEN).mean())
+
+
+def _looking(position: Array, middle: Array) -> tuple[Array, float]:
+    """Axes (3, 3) of an image whose middle is that of the object, and the distance to it [m]."""
+    ahead = middle - position
+    distance = max(float(np.linalg.norm(ahead)), CELL)
+    ahead = ahead / distance
+    right = np.cross(ahead, np.eye(3)[np.abs(ahead).argmin()])
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(ahead, right), ahead]), distance
+
+
+def _numbers(X: Array, position: Array, axes: Array, cells: float) -> tuple[IntArray, Array]:
+    """The cells (n, 2) of points (n, 3), and how far ahead of the camera they are (n,) [m]; behind it anything."""
+    q = (X - position) @ axes.T
+    ahead = np.where(q[:, 2] != 0, q[:, 2], -CELL)
+    return np.floor(np.clip(q[:, :2] / ahead[:, None] * cells, -FAR_OFF, FAR_OFF)).astype(np.int64), ahead
+
+
+def _spacing(cell: IntArray) -> float:
+    """Cells between neighbouring points, of those that are not in one cell."""
+    distinct = np.unique(cell, axis=0)
+    if len(distinct) < 2:
+        return 0.0
+    return float(np.quantile(np.asarray(cKDTree(distinct).query(distinct, k=2)[0])[:, 1], SPACING_QUANTILE))
+
+
+def _filled(depth: Array) -> Array:
+    """An image whose infinite cells have the depth of the nearest finite one."""
+    nearest = np.asarray(ndimage.distance_transform_edt(np.isinf(depth), return_indices=True)[1])
+    return np.asarray(depth[nearest[0], nearest[1]])
+
+
+def _lowered(depth: Array, spacing: float) -> Array:
+    """The least depth within half a spacing of each cell and in its neighbours: surfaces slope between points."""
+    return np.asarray(ndimage.minimum_filter(depth, 2 * max(1, round(spacing / 2)) + 1))
+
+
+def _grown(mask: BoolArray, by: float) -> BoolArray:
+    """A mask and all cells within `by` cells of it."""
+    return np.asarray(ndimage.distance_transform_edt(~mask) <= by)
+
+
+def _closed(mask: BoolArray, by: float) -> BoolArray:
+    """A mask without its holes and bays narrower than 2 `by` cells: grown, then shrunk by as much."""
+    return np.asarray(np.asarray(ndimage.distance_transform_edt(_grown(mask, by))) > by) | mask

@@ -1,0 +1,58 @@
+"""The training set where cameras are known: what they saw through is carved from the space that may be solid.
+
+Beside the measured points stand exterior points near the visual hull, whose value is the distance to it, and farther
+ones, and points of the table under the cloud, where it may stand on it. Inside there are none: points behind the
+measured ones, and pairs along their normals, were measured to push the guessed side outward and to gain nothing.
+"""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from sgnlp.base.arrays import Array
+from sgnlp.base.settings import FreeSpace
+from sgnlp.perception.observation import Observation
+from sgnlp.perception.sampling import farthest_points
+from sgnlp.surface.hull import Hull, visual_hull
+from sgnlp.surface.samples import Samples
+
+CANDIDATES = 4000
+"""Cells of a band that are looked at, drawn at random: farthest points of more take longer and are no better."""
+UNDER = 0.006
+"""A table point is under the cloud within this [m], seen from above."""
+
+
+def carved_samples(observation: Observation, settings: FreeSpace, seed: int) -> Samples:
+    """Surface and table points, then the near and the far exterior ones."""
+    hull = visual_hull(observation, reach=settings.far_to + settings.near_from)
+    rng = np.random.default_rng(seed)
+    points = observation.points
+    surface = points[farthest_points(points, min(settings.surface_points, len(points)), seed)]
+    parts = [
+        Samples.of(surface, 0.0, settings.surface_noise),
+        Samples.of(_table(hull, points, settings.table_points, seed), 0.0, settings.surface_noise),
+        _band(hull, (settings.near_from, settings.near_to), settings.near_points, 1.0, settings.noise, rng),
+        _band(hull, (settings.far_from, settings.far_to), settings.far_points, settings.far_share, settings.noise, rng),
+    ]
+    return Samples.joined(parts)
+
+
+def _band(
+    hull: Hull, between: tuple[float, float], count: int, share: float, noise: float, rng: np.random.Generator
+) -> Samples:
+    """Free points at distances `between` from the hull; their value is a share of the distance."""
+    inside = np.flatnonzero((hull.distance > between[0]) & (hull.distance < between[1]))
+    drawn = rng.permutation(inside)[:CANDIDATES]
+    if count == 0 or len(drawn) == 0:
+        return Samples.of(np.empty((0, 3)), 0.0, noise)
+    chosen = drawn[farthest_points(hull.centres[drawn], min(count, len(drawn)), int(rng.integers(2**32)))]
+    return Samples.of(hull.centres[chosen], share * hull.distance[chosen], noise)
+
+
+def _table(hull: Hull, points: Array, count: int, seed: int) -> Array:
+    """Points (k, 3) of the table under the cloud (n, 3) and under the hull."""
+    base = hull.base
+    if count and len(base):
+        base = base[cKDTree(points[:, :2]).query(base[:, :2])[0] < UNDER]
+    if not count or not len(base):
+        return np.empty((0, 3))
+    return base[farthest_points(base, min(count, len(base)), seed)]

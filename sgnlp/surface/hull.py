@@ -1,0 +1,54 @@
+"""The visual hull: all space above the table that no camera saw to be free. The object is somewhere in it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from sgnlp.base.arrays import Array, BoolArray
+from sgnlp.base.errors import InputError
+from sgnlp.perception.free_space import Sight, free, sights
+from sgnlp.perception.observation import Observation
+
+CELL = 0.004
+"""Edge of a cell of the grid at least [m]: below the error of the silhouettes."""
+MAX_CELLS = 100_000
+"""Cells of the grid, about; a wider object has larger ones."""
+
+
+@dataclass(frozen=True, eq=False)
+class Hull:
+    """A grid around the hull."""
+
+    centres: Array  # (n, 3) [m] of the cells
+    free: BoolArray  # (n,)
+    distance: Array  # (n,) [m] to the nearest cell of the hull, 0 within
+    cell: float  # [m] edge of a cell
+    sights: tuple[Sight, ...]  # what each camera saw
+
+    @property
+    def base(self) -> Array:
+        """Points (k, 3) [m] of the table under the hull, whose lowest cells stand on it."""
+        lowest = self.centres[:, 2].min()
+        under = self.centres[~self.free & (self.centres[:, 2] == lowest)]
+        return under - [0.0, 0.0, self.cell / 2]
+
+
+def visual_hull(observation: Observation, reach: float) -> Hull:
+    """The hull of an observation, whose cameras are known, on a grid that ends `reach` [m] from the points' box.
+
+    Raises `InputError` if no camera is known.
+    """
+    o = observation
+    if o.camera_positions is None:
+        raise InputError(f"'{o.name}' has no camera positions, so nothing is known to be free")
+    seen_by = sights(o.points, o.view, o.camera_positions, o.background, o.background_view)
+    low, high = o.points.min(axis=0) - reach, o.points.max(axis=0) + reach
+    low[2] = o.table_height
+    cell = max(CELL, float(np.cbrt(np.prod(high - low) / MAX_CELLS)))
+    shape = np.ceil((high - low) / cell).astype(int)
+    centres = low + cell * (np.indices(shape).reshape(3, -1).T + 0.5)
+    seen = free(seen_by, centres)
+    grid = seen.reshape(shape)
+    distance = cell * ndimage.distance_transform_edt(grid) if not grid.all() else np.full(shape, np.inf)
+    return Hull(centres, seen, np.ravel(distance), cell, seen_by)
