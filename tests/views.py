@@ -28,9 +28,9 @@ def ball(eyes: Array = EYES, **options: object) -> Observation:
     return observe(np.concatenate(seen), view=view, camera_positions=eyes, table_height=0.0, name="ball", **options)
 
 
-def box_seen(eye: Array, count: int = 4000) -> Array:
+def box_seen(eye: Array, count: int = 4000, seed: int = 0) -> Array:
     """Points (n, 3) [m] of a box on the table that face a camera at `eye` (3,), those near the table left out."""
-    rng, points, normals = np.random.default_rng(1), [], []
+    rng, points, normals = np.random.default_rng(seed), [], []
     for axis in range(3):
         for side in (-0.5, 0.5):
             face = rng.uniform(-0.5, 0.5, (count, 3))

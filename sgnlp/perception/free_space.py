@@ -40,8 +40,8 @@ FAR_OFF = 1e6
 FEW = 10
 """Fewer points of a view have no silhouette."""
 HIDDEN, HIDDEN_SHARE = 0.02, 0.05
-"""A point hides another in its cell that is this far behind it [m]. Of the points of a camera, seen from where it stood,
-under 1 % are hidden on the problem set; from the far side of the object the near points hide 18 % in the median."""
+"""A point hides another in its cell that is this far behind it [m]. Under 1 % of the points that a camera measured are
+hidden from it on the problem set; from the opposite side 18 % are in the median."""
 CONTRADICTED_SHARE = 0.3
 """Cameras contradict each other if one would have seen through this share of what the others measured: up to 19 % of a
 tall box, whose side it saw at too grazing an angle for a return."""

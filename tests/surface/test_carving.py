@@ -66,12 +66,13 @@ def test_points_of_the_table_are_on_it_and_under_the_cloud():
 
 
 def test_the_guessed_side_is_nearer_to_the_truth_than_without_free_space():
-    box = box_seen(EYES[0])
-    one = observe(box, view=np.zeros(len(box), int), camera_positions=EYES[:1], table_height=0.0, name="box")
-    y, z = np.meshgrid(np.linspace(-0.02, 0.02, 9), np.linspace(0.02, 0.06, 9))
-    hidden = np.stack([np.full(81, -BOX[0] / 2), y.ravel(), z.ravel()], axis=1)
+    views = [box_seen(eye, seed=number) for number, eye in enumerate(EYES)]
+    view = np.repeat([0, 1], [len(points) for points in views])
+    box = observe(np.concatenate(views), view=view, camera_positions=EYES, table_height=0.0, name="box")
+    x, z = np.meshgrid(np.linspace(-0.02, 0.02, 9), np.linspace(0.02, 0.08, 9))
+    hidden = np.stack([x.ravel(), np.full(81, -BOX[1] / 2), z.ravel()], axis=1)
     before, after = (
-        np.abs(fit(training_set(one, GPIS, 0, free_space=free)).distance(hidden)).mean() for free in (FreeSpace(), FREE)
+        np.abs(fit(training_set(box, GPIS, 0, free_space=free)).distance(hidden)).mean() for free in (FreeSpace(), FREE)
     )
     assert after < 0.7 * before
 
