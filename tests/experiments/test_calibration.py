@@ -11,16 +11,17 @@ from sgnlp.base.presets import ROBUST
 from sgnlp.experiments.frames import frame
 from sgnlp.experiments.studies import calibration
 from sgnlp.experiments.studies.calibration import (
+    AS_SET,
     LEVELS,
     PAD,
+    SURFACES,
     Row,
+    Sum,
     Truth,
-    body,
     coverage,
     factor,
     factor_table,
     half_width,
-    halves,
     kept_coverage,
     panels,
     quantiles,
@@ -28,6 +29,8 @@ from sgnlp.experiments.studies.calibration import (
     truth,
 )
 from sgnlp.surface.gpis import fit
+from sgnlp.surface.kernel import check
+from sgnlp.surface.kernels import ThinPlate
 from sgnlp.surface.training import training_set
 
 
@@ -42,7 +45,8 @@ def row(side: str = "seen", name: str = "mug", scale: float = 1.0, **change: obj
     errors, deviations = gaussian(scale)
     within = [coverage(errors, deviations, level) for level in LEVELS]
     means = (errors.mean(), np.abs(errors).mean(), deviations.mean())
-    made = Row(name, "0", "matern52", 5.0, 1.0, side, 0.0, len(errors), *within, *means, quantiles(errors, deviations))
+    kept = quantiles(errors, deviations)
+    made = Row(name, "0", "tuning", AS_SET, side, 0.0, len(errors), *within, *means, 7.0, kept)
     return replace(made, **change)
 
 
@@ -94,7 +98,9 @@ def test_only_what_a_fingertip_can_touch_is_asked_about(monkeypatch):
 def test_errors_are_measured_from_the_truth_on_each_side():
     gpis = fit(training_set(observation(), ROBUST.gpis, 0))
     points = observation().points[:40]
-    known = Truth(points, np.stack([points, points]), np.array([[0.001], [0.0]]) + np.zeros((2, 40)))
+    known = Truth(
+        points, gpis.normal(points), np.stack([points, points]), np.array([[0.001], [0.0]]) + np.zeros((2, 40))
+    )
     seen = np.arange(40) < 30
     rows = list(calibration._sides(gpis, known, seen))
     assert [(side, offset, count) for side, offset, count, *_ in rows] == [
@@ -103,52 +109,56 @@ def test_errors_are_measured_from_the_truth_on_each_side():
     biases = [values[6] for values in rows]
     assert biases[0] == pytest.approx(biases[2] - 1.0, abs=2e-3)  # d - d*, in mm
     assert rows[0][7] >= abs(rows[0][6])
+    assert rows[0][9] == pytest.approx(0, abs=0.3)  # degrees between the normals, up to the rounding of |∇μ| at 0
+    assert np.isnan(rows[2][9])
+    turned = replace(known, normals=-known.normals)
+    assert next(calibration._sides(gpis, turned, seen))[9] == pytest.approx(180, abs=0.3)
     assert len(list(calibration._sides(gpis, known, np.ones(40, bool)))) == 2
 
 
-def test_poses_of_one_body_stay_in_one_half():
-    rows = [row(name=name) for name in ("mug_1", "can_0", "mug_0", "lego_block", "can_3", "pear")]
-    assert [body(name) for name in ("mug_12", "lego_block", "mug", "_3")] == ["mug", "lego_block", "mug", "_3"]
-    assert halves(frame(rows)) == (["can", "mug"], ["lego_block", "pear"])
-
-
 def test_a_factor_fitted_on_one_half_is_judged_on_the_other():
-    rows = [row(side, name, scale) for side in ("seen", "unseen") for name, scale in (("a", 0.5), ("b", 0.5))]
+    rows = [row(side, "a", 0.5, half=half) for side in ("seen", "unseen") for half in ("tuning", "held out")]
     (line,) = factor_table(frame(rows))
     assert float(line["factor"]) == pytest.approx(0.5, abs=0.02)
     assert [float(share) for share in line["seen: within 50, 90, 95 %"].split(", ")] == pytest.approx(
         [50, 90, 95], abs=2
     )
-    rows = [row(side, name, scale) for side in ("seen", "unseen") for name, scale in (("a", 0.5), ("b", 1.0))]
+    scales = (("tuning", 0.5), ("held out", 1.0))
+    rows = [row(side, "a", scale, half=half) for side in ("seen", "unseen") for half, scale in scales]
     (line,) = factor_table(frame(rows))
-    assert float(line["factor"]) == pytest.approx(0.5, abs=0.02)  # of a, whatever b is
+    assert float(line["factor"]) == pytest.approx(0.5, abs=0.02)  # of the tuning half, whatever the other is
     assert float(line["other half's"]) == pytest.approx(1, abs=0.03)
     assert [float(share) for share in line["unseen: within 50, 90, 95 %"].split(", ")] == pytest.approx(
         [26, 59, 67], abs=2
     )
 
 
-def test_the_best_length_is_that_of_least_error_where_the_factor_is_fitted():
-    rows = [
-        row(side, name, length=length, error_mm=error)
-        for side in ("seen", "unseen")
-        for length, error in ((1.0, 3.0), (0.5, 2.0), (0.25, 4.0))
-        for name in ("a", "b")
-    ]
-    rows = [replace(r, error_mm=9.0) if (r.object, r.length) == ("b", 0.5) else r for r in rows]
-    assert [(line["length"], line["best"]) for line in factor_table(frame(rows))] == [
-        ("1", ""),
-        ("0.5", "yes"),
-        ("0.25", ""),
-    ]
-
-
-def test_the_tables_need_two_bodies_for_a_factor_and_the_figure_shows_each_side():
-    rows = [row(side, kernel=kernel) for side in ("seen", "unseen") for kernel in ("thin_plate", "matern52")]
+def test_the_tables_need_both_halves_for_a_factor_and_the_figure_shows_each_side():
+    rows = [row(side, surface=surface) for side in ("seen", "unseen") for surface in list(SURFACES)[:2]]
     found = tables(frame(rows))
-    assert len(found) == 1
-    (lines,) = found.values()
+    assert list(found) == [
+        "Coverage and error on the surface, tuning half",
+        "Coverage and error 12 mm outside, tuning half",
+    ]
+    lines, outside = found.values()
+    assert outside == []
+    assert [line["surface"] for line in lines] == [name for name in list(SURFACES)[:2] for _ in range(2)]
     assert [line["within 50 %"] for line in lines] == ["50"] * 4
-    both = [row(s, kernel=k) for s in ("seen", "unseen") for k in calibration.KERNELS]
-    assert [panel.title for panel in panels(frame(both))] == ["seen, on the surface", "unseen, on the surface"]
-    assert panels(frame(both))[0].series[0].y[5] == pytest.approx(50, abs=1)
+    assert [line["angle [deg]"] for line in lines] == ["7"] * 4
+    assert [panel.title for panel in panels(frame(rows))] == ["seen, on the surface", "unseen, on the surface"]
+    assert panels(frame(rows))[0].series[0].y[5] == pytest.approx(50, abs=1)
+    assert [series.label for series in panels(frame(rows))[0].series] == list(SURFACES)[:2]
+    both = tables(frame([*rows, *(replace(r, half="held out") for r in rows)]))
+    assert len(list(both.values())[-1]) == 2
+
+
+def test_the_figure_is_of_the_held_out_half_where_there_is_one():
+    rows = [row("seen", scale=scale, half=half) for half, scale in (("tuning", 1.0), ("held out", 3.0))]
+    (panel,) = panels(frame(rows))
+    assert panel.series[0].y[5] < 30
+
+
+def test_the_sum_of_two_kernels_is_a_kernel():
+    check(Sum(0.4, 0.1))
+    a, b = ThinPlate(0.4, 0.1).radial(np.array([0.02]))[0], Sum(0.4, 0.1).radial(np.array([0.02]))[0]
+    assert a < b < a + 0.01**2

@@ -215,7 +215,7 @@ def test_each_caution_is_told_where_its_threshold_is_passed(result):
     assert f"{named} (way, 1)." in plans.no_feasible(failing)
     assert "7 of the starts gave nothing" in plans.stopped(with_grasps(result, meta=g.meta | {"starts": 9}))
     assert "not an optimum" in plans.unsolved(with_grasps(result, kkt=g.kkt + 2e-5))
-    assert "fewer than the 5000" in clouds.few_points(cloud, with_meta(result, gpis={"surface_points": 5000}))
+    assert "fewer than the 5000" in clouds.few_points(cloud, with_meta(result, free_space={"surface_points": 5000}))
     assert "One view has" in clouds.one_view(replace(cloud, view_names=("0",)), result)
     assert "index 9" in plans.unseen_contacts(with_grasps(result, contact_points=far))
     assert not plans.unseen_contacts(with_grasps(result, contact_points=g.contact_points * 0 + cloud.points[0]))
@@ -225,9 +225,20 @@ def test_each_caution_is_told_where_its_threshold_is_passed(result):
 @pytest.mark.parametrize("kernel", sorted(KERNELS))
 def test_uncertain_contacts_are_told_by_the_factor_of_their_kernel(result, kernel):
     deviation = np.full_like(result.grasps.contact_deviation, 0.012 / plans.CALIBRATION[kernel])
-    case = with_grasps(result, meta=result.grasps.meta | {"kernel": kernel})
+    case = with_grasps(result, meta=result.grasps.meta | {"kernel": kernel, "free_space": False})
     assert not plans.uncertain_contacts(with_grasps(case, contact_deviation=0.99 * deviation))
     assert "thumb 12 mm" in plans.uncertain_contacts(with_grasps(case, contact_deviation=1.01 * deviation))
+    case = with_grasps(result, meta=result.grasps.meta | {"kernel": kernel, "free_space": True})  # calibrated already
+    assert not plans.uncertain_contacts(with_grasps(case, contact_deviation=0 * deviation + 0.0119))
+    assert "thumb 12 mm" in plans.uncertain_contacts(with_grasps(case, contact_deviation=0 * deviation + 0.0121))
+
+
+def test_cameras_that_stood_elsewhere_are_told(result):
+    cloud = result.cloud
+    assert not clouds.cameras(cloud, result)
+    assert not clouds.cameras(replace(cloud, camera_positions=None), result)
+    swapped = replace(cloud, camera_positions=cloud.camera_positions[::-1])
+    assert "camera positions are wrong: " in clouds.cameras(swapped, result)
 
 
 def test_contacts_and_targets_beside_the_object_are_told(result):

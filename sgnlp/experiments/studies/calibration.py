@@ -1,17 +1,19 @@
-"""The calibration study: do the intervals of the implicit surface hold as much of the truth as they promise?
+"""The calibration study: how near is the implicit surface to the truth, and do its intervals hold what they promise?
 
 The metric distance d = μ/|∇μ|, with its deviation σ_d = σ/|∇μ|, is compared with the true signed distance d*: at points
-of the true surface that a fingertip can touch, and at the centre of the pad that touches there. Kernels, their length
-and the noise of a measured point are varied. A factor on σ_d is fitted on half of the objects and judged on the others.
+of the true surface that a fingertip can touch, and at the centre of the pad that touches there; its normal with the
+true one. The surface is fitted from the cloud alone, as before cameras were used, and with the free space that they
+saw, by each kernel and by a sum of a smooth and a short one.
 
-An interval of level q is ± s Φ⁻¹((1 + q)/2) σ; it is calibrated where a share q of the errors lies inside. The errors
-are kept as quantiles, so that other intervals can be tried later.
+An interval of level q is ± Φ⁻¹((1 + q)/2) σ_d; it is calibrated where a share q of the errors lies inside. The factor
+on σ_d that would bring it nearest to that is fitted on the tuning half and judged on the other. The errors are kept as
+quantiles, so that other intervals can be tried later.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
-from itertools import product
+from math import nan
 from pathlib import Path
 from statistics import NormalDist
 from typing import Any
@@ -21,14 +23,17 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
 from sgnlp.base.errors import InputError
+from sgnlp.base.settings import FreeSpace
 from sgnlp.experiments.frames import Frame, Lines, Tables
-from sgnlp.experiments.studies.study import Setup, Study, body, over_views
+from sgnlp.experiments.studies.study import Setup, Study, over_views
+from sgnlp.experiments.studies.trials import HALVES
 from sgnlp.perception.observation import Observation, load
 from sgnlp.perception.synthetic.meshes import Mesh
 from sgnlp.perception.synthetic.truth import signed_distance, surface_samples
 from sgnlp.show.plots import Panel, Series
 from sgnlp.surface.gpis import Gpis, fit
-from sgnlp.surface.kernels import KERNELS
+from sgnlp.surface.kernel import Kernel, Radial
+from sgnlp.surface.kernels import KERNELS, Matern52, ThinPlate, named
 from sgnlp.surface.training import training_set
 
 Array = NDArray[np.float64]
@@ -44,19 +49,43 @@ CLEAR = 0.99  # A pad is clear of the rest of the object if its centre is this s
 SEEN = 0.005
 """A point of the surface nearer than this to a measured one is seen [m]: the paper's noise of a measured point."""
 SIDES = ("seen", "unseen")
-VARIANTS = ((1.0, 1.0), (0.4, 1.0), (1.0, 0.5), (1.0, 0.25), (1.0, 0.18), (1.0, 0.125))
-"""Factors tried on the noise of a measured point and on the kernel's length; the first is as things are set."""
+SHORT_LENGTH, SHORT_DEVIATION = 0.06, 0.01
+"""R and σ0 of the short kernel in the sum [m]: details of some centimetres, a tenth of the smooth one's deviation."""
+
+
+class Sum(Kernel):
+    """A thin plate and, on top, a short Matérn 5/2 for details."""
+
+    prior_mean_from_settings = True
+
+    def radial(self, r: Any) -> Radial:
+        """The sum of both, in every function."""
+        smooth = ThinPlate(self.support_radius, self.amplitude).radial(r)
+        short = Matern52(SHORT_LENGTH, SHORT_DEVIATION).radial(r)
+        a, b, c, d = (x + y for x, y in zip(smooth, short, strict=True))
+        return a, b, c, d
+
+
+SURFACES: dict[str, tuple[str, bool]] = {
+    "cloud alone": ("thin_plate", False),
+    **{f"free space, {name.replace('_', ' ')}": (name, True) for name in KERNELS},
+    "free space, thin plate + short": ("sum", True),
+}
+"""Each surface with its kernel, and whether free space is used; the second is that of `robust`."""
+AS_SET = "free space, thin plate"
 
 
 @dataclass(frozen=True)
 class Row:
-    """A side of an object. Bias, error and sigma are means of d - d*, |d - d*| and σ_d; z is for `kept_coverage`."""
+    """A side of an object. Bias, error and sigma are means of d - d*, |d - d*| and σ_d; angle of that of the normals.
+
+    `angle_deg` is asked on the surface alone, NaN off it; `z` is for `kept_coverage`.
+    """
 
     object: str
     views: str
-    kernel: str
-    noise_mm: float
-    length: float
+    half: str
+    surface: str
     side: str
     offset_mm: float
     points: int
@@ -66,14 +95,19 @@ class Row:
     bias_mm: float
     error_mm: float
     sigma_mm: float
+    angle_deg: float
     z: str
 
 
 @dataclass(frozen=True)
 class Truth:
-    """Points of a surface (Q, 3) [m] that a fingertip can touch; queries (O, Q, 3), true distances (O, Q) [m] there."""
+    """Points of a surface (Q, 3) [m] that a fingertip can touch, with outward normals (Q, 3).
+
+    `queries` (O, Q, 3) are off them by each offset, with the true `distances` (O, Q) [m] there.
+    """
 
     points: Array
+    normals: Array
     queries: Array
     distances: Array
 
@@ -91,29 +125,28 @@ def truth(observation: Observation, rng: np.random.Generator) -> Truth:
     touched = signed_distance(mesh, centres) > CLEAR * PAD
     touched &= centres[:, 2] > observation.table_height + PAD
     queries = np.stack([points + offset * normals for offset in OFFSETS])[:, touched]
-    return Truth(points[touched], queries, np.stack([signed_distance(mesh, Q) for Q in queries]))
+    return Truth(points[touched], normals[touched], queries, np.stack([signed_distance(mesh, Q) for Q in queries]))
 
 
 def rows_of(setup: Setup, file: Path, views: list[str]) -> list[Row]:
-    """Every kernel, noise and length on an object as some cameras see it."""
+    """Every surface of an object as some cameras see it."""
     observation = load(file, views=views)
     known = truth(observation, np.random.default_rng(setup.seed))
     seen = cdist(known.points, observation.points).min(axis=1) < SEEN
     rows = []
-    for kernel, (noise, length) in product(KERNELS, VARIANTS):
-        if kernel == "thin_plate" and length < 1:  # its R is no length: it must span the training set
-            continue
-        tried = replace(setup.settings.gpis, kernel=kernel, surface_noise=noise * setup.settings.gpis.surface_noise)
-        training = training_set(observation, tried, setup.seed)
-        prior = training.kernel
-        gpis = fit(replace(training, kernel=replace(prior, support_radius=length * prior.support_radius)))
-        key = (observation.name, " ".join(views), kernel, 1e3 * tried.surface_noise, length)
+    for name, (kernel, used) in SURFACES.items():
+        free_space = setup.settings.free_space if used else FreeSpace()
+        kind = Sum if kernel == "sum" else named(kernel)
+        gpis = fit(training_set(observation, setup.settings.gpis, setup.seed, kind, free_space))
+        key = (observation.name, " ".join(views), HALVES.get(observation.half, ""), name)
         rows += [Row(*key, *values) for values in _sides(gpis, known, seen)]
     return rows
 
 
 def _sides(gpis: Gpis, known: Truth, seen: NDArray[np.bool_]) -> Iterator[tuple[Any, ...]]:
     """The rest of a row for each offset, and each side that has points."""
+    cosines = (gpis.normal(known.points) * known.normals).sum(axis=1)
+    angles = np.degrees(np.arccos(np.clip(cosines, -1, 1)))
     for offset, queries, distances in zip(OFFSETS, known.queries, known.distances, strict=True):
         errors, deviations = gpis.distance(queries) - distances, gpis.distance_deviation(queries)
         for side, there in zip(SIDES, (seen, ~seen), strict=True):
@@ -121,7 +154,8 @@ def _sides(gpis: Gpis, known: Truth, seen: NDArray[np.bool_]) -> Iterator[tuple[
                 e, s = errors[there], deviations[there]
                 means = (round(1e3 * float(values.mean()), 3) for values in (e, np.abs(e), s))
                 within = (round(coverage(e, s, level), 4) for level in LEVELS)
-                yield side, 1e3 * offset, len(e), *within, *means, quantiles(e, s)
+                angle = round(float(angles[there].mean()), 2) if offset == 0 else nan
+                yield side, 1e3 * offset, len(e), *within, *means, angle, quantiles(e, s)
 
 
 def half_width(level: float) -> float:
@@ -155,17 +189,6 @@ def factor(groups: Sequence[tuple[Sequence[str], Sequence[int]]]) -> float:
     return float(FACTORS[np.mean(misses, axis=0).argmin()])
 
 
-def halves(rows: Frame) -> tuple[list[str], list[str]]:
-    """Every other body in the order of their names, and the others; the poses NAME_0, NAME_1 … are one body's."""
-    bodies = sorted(set(map(body, rows.object)))
-    return bodies[::2], bodies[1::2]
-
-
-def as_set(rows: Frame) -> Frame:
-    """The rows of the length and noise as they are set."""
-    return rows[(rows.noise_mm == rows.noise_mm.max()) & (rows.length == 1.0)]
-
-
 def mean(rows: Frame, field: str) -> float:
     """Mean of a field over all points."""
     return float(np.average(rows[field], weights=rows.points))
@@ -176,44 +199,40 @@ def fitted(rows: Frame) -> float:
     return factor([(group.z, group.points) for _, group in rows.groupby(["side", "offset_mm"])])
 
 
-def coverage_table(rows: Frame) -> Lines:
-    """Coverage and error as things are set: a line for each kernel, number of cameras, side and offset."""
-    found, lines = as_set(rows), []
-    cameras, kernels = found.views.str.split().str.len(), found.kernel.map(list(KERNELS).index)
-    for (kernel, count, side, offset), group in found.groupby([kernels, cameras, found.side, found.offset_mm]):
+def coverage_table(rows: Frame, offset: float = 0.0) -> Lines:
+    """Coverage and error at an offset [m]: a line for each surface, number of cameras and side."""
+    found, lines = rows[rows.offset_mm == 1e3 * offset], []
+    cameras, surfaces = found.views.str.split().str.len(), found.surface.map(list(SURFACES).index)
+    for (surface, count, side), group in found.groupby([surfaces, cameras, found.side]):
         lines.append(
-            {"kernel": list(KERNELS)[kernel], "cameras": str(count), "side": str(side)}
-            | {"offset [mm]": f"{offset:.0f}", "points": str(group.points.sum())}
+            {"surface": list(SURFACES)[surface], "cameras": str(count), "side": str(side)}
+            | {"points": str(group.points.sum())}
             | {f"within {100 * q:.0f} %": f"{100 * mean(group, f'within{100 * q:.0f}'):.0f}" for q in LEVELS}
             | {f"{name} [mm]": f"{mean(group, f'{name}_mm'):.1f}" for name in ("bias", "error", "sigma")}
+            | ({"angle [deg]": f"{mean(group, 'angle_deg'):.0f}"} if offset == 0 else {})
         )
     return lines
 
 
 def factor_table(rows: Frame) -> Lines:
-    """For each kernel, noise and length the factor fitted on one half, and what it does on the other.
+    """For each surface the factor fitted on the tuning half, and what it does on the other.
 
     Beside it stand the factors fitted on each side alone, and on the other half. Width is half the 90 % interval with
-    the factor, on the mean. `best` marks the least error of a kernel on the fitting half, the mean over sides and
-    offsets.
+    the factor, on the mean.
     """
-    lines = []
-    tuning = rows.object.map(body).isin(halves(rows)[0])
-    for kernel in KERNELS:
-        variants = rows[rows.kernel == kernel].groupby(["noise_mm", "length"], sort=False)
-        pairs = [(found[tuning[found.index]], found[~tuning[found.index]]) for _, found in variants]
-        errors = [np.mean([mean(g, "error_mm") for _, g in half.groupby(["side", "offset_mm"])]) for half, _ in pairs]
-        for pair, error in zip(pairs, errors, strict=True):
-            lines.append(_factor_line(*pair) | {"best": "yes" if error == min(errors) else ""})
-    return lines
+    halves = [rows[rows.half == half] for half in HALVES.values()]
+    return [
+        _factor_line(*(half[half.surface == surface] for half in halves))
+        for surface in SURFACES
+        if all((half.surface == surface).any() for half in halves)
+    ]
 
 
 def _factor_line(tuned: Frame, judged: Frame) -> dict[str, str]:
-    """The line of a kernel, noise and length: rows of both halves."""
-    s, first = fitted(tuned), tuned.iloc[0]
+    """The line of a surface: rows of both halves."""
+    s = fitted(tuned)
     sides = {side: judged[judged.side == side] for side in SIDES}
-    line = {"kernel": first.kernel, "noise [mm]": f"{first.noise_mm:g}", "length": f"{first.length:g}"}
-    line["factor"] = f"{s:.2f}"
+    line = {"surface": str(tuned.surface.iloc[0]), "factor": f"{s:.2f}"}
     line["seen / unseen"] = " / ".join(f"{fitted(tuned[tuned.side == side]):.2f}" for side in SIDES)
     line["other half's"] = f"{fitted(judged):.2f}"
     for side, there in sides.items():
@@ -225,28 +244,28 @@ def _factor_line(tuned: Frame, judged: Frame) -> dict[str, str]:
 
 
 def tables(rows: Frame) -> Tables:
-    """Coverage as things are set, and the factors where there are objects for both halves."""
-    found = {"Coverage and error as set": coverage_table(rows)}
-    tuned, judged = halves(rows)
-    if judged:
-        names = f"fitted on {', '.join(tuned)}; judged on {', '.join(judged)}"
-        found[f"Factor on the deviation, {names}"] = factor_table(rows)
+    """Coverage on each half, on the surface and off it, and the factors that would mend it."""
+    found: Tables = {}
+    for half in rows.half.unique():
+        name = f"{half} half" if half else "all objects"
+        found[f"Coverage and error on the surface, {name}"] = coverage_table(rows[rows.half == half])
+        found[f"Coverage and error {1e3 * PAD:.0f} mm outside, {name}"] = coverage_table(rows[rows.half == half], PAD)
+    if lines := factor_table(rows):
+        found["Factor on the deviation, fitted on the tuning half and judged on the held-out half"] = lines
     return found
 
 
-LABELS = {name: name.replace("_", " ") for name in KERNELS} | {"matern32": "Matérn 3/2", "matern52": "Matérn 5/2"}
-"""Names of the kernels in the figure."""
-
-
 def panels(rows: Frame) -> list[Panel]:
-    """Coverage over level for each side and offset, as things are set: a line for each kernel."""
+    """Coverage over level for each side and offset on the held-out half, if there is one: a line for each surface."""
+    judged = rows[rows.half == HALVES["held_out"]]
     shown, levels = [], [q for q in QUANTILES if 0 < q < 1]
-    for (side, offset), group in as_set(rows).groupby(["side", "offset_mm"]):
+    for (side, offset), group in (judged if len(judged) else rows).groupby(["side", "offset_mm"]):
         series = []
-        for kernel in KERNELS:
-            own = group[group.kernel == kernel]
-            shares = [100 * float(kept_coverage(own.z, own.points, level)[0]) for level in levels]
-            series.append(Series(LABELS.get(kernel, kernel), [100 * q for q in levels], shares))
+        for surface in SURFACES:
+            own = group[group.surface == surface]
+            if len(own):
+                shares = [100 * float(kept_coverage(own.z, own.points, level)[0]) for level in levels]
+                series.append(Series(surface, [100 * q for q in levels], shares))
         title = f"{side}, {offset:.0f} mm outside" if offset else f"{side}, on the surface"
         shown.append(Panel(title, "level [%]", "within [%]", tuple(series), diagonal=True, y_range=(0, 102)))
     return shown
@@ -256,17 +275,18 @@ def facts(setup: Setup) -> dict[str, Any]:
     """Seed, settings of the surface, and how clouds are cleaned."""
     every = setup.facts()
     every["settings"]["gpis"].pop("kernel")
-    return {"seed": setup.seed, "gpis": every["settings"]["gpis"], "cleaning": every["cleaning"]}
+    kept = {name: every["settings"][name] for name in ("gpis", "free_space")}
+    return {"seed": setup.seed, **kept, "cleaning": every["cleaning"]}
 
 
 STUDY = Study(
-    question="do the intervals of the implicit surface hold as much of the truth as they promise?",
+    question="how near is the surface to the truth, and do its intervals hold as much of it as they promise?",
     row=Row,
     cases=partial(over_views, rows_of),
     tables=tables,
     panels=panels,
     caption=(
-        "Share of the true surface within intervals of a level, by kernel as set, on all objects; "
+        "Share of the true surface within intervals of a level, on the held-out half; "
         "on the grey diagonal an interval holds what it promises."
     ),
     facts=facts,

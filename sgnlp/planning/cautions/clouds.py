@@ -114,7 +114,9 @@ def rounded(cloud: Observation, result: Planned) -> str:
 
 def few_points(cloud: Observation, result: Planned) -> str:
     """Fewer points than the surface is fitted to."""
-    count, wanted = len(cloud.points), int(result.grasps.meta["settings"]["gpis"]["surface_points"])
+    meta = result.grasps.meta
+    of = meta["settings"]["free_space" if meta.get("free_space") else "gpis"]
+    count, wanted = len(cloud.points), int(of["surface_points"])
     few = f"The cloud has {count} points, fewer than the {wanted} that a surface is fitted to."
     return few if count < wanted else ""
 

@@ -28,7 +28,8 @@ BESIDE, TARGET_BESIDE = 0.03, 0.0
 """Contacts and targets farther than this outside the hull of the cloud and its copy on the table are beside it [m]: an
 unseen side bulges by less, and targets lie inside."""
 CALIBRATION = {"thin_plate": 0.36, "matern32": 0.45, "matern52": 0.63, "squared_exponential": 0.85}
-"""For each kernel as set the factor on σ_d with which its intervals hold (`results/calibration`)."""
+"""For each kernel, fitted to the cloud alone, the factor on σ_d with which its intervals hold on the problem set. With
+free space they hold as they are (`results/calibration`)."""
 TRAVEL_SHARE, AT_BOUND = 0.5, 0.99
 """Of the wrist's allowed travel: from half on the start was no guess at this grasp; from the other on it is stopped."""
 CLOSE = 0.01
@@ -117,11 +118,13 @@ def torques(result: Planned) -> str:
 def uncertain_contacts(result: Planned) -> str:
     """Contacts that may come a fingertip's radius early or late."""
     radius = np.array([finger.radius for finger in result.hand.fingers])
-    factor = CALIBRATION.get(str(result.grasps.meta.get("kernel")), 0.0)  # not of a kernel of one's own
+    meta = result.grasps.meta  # of a kernel of one's own there is no factor
+    factor = 1.0 if meta.get("free_space") else CALIBRATION.get(str(meta.get("kernel")), 0.0)
     deviation = factor * result.grasps.contact_deviation[0]
     found = _fingers(result, deviation > radius, 1e3 * deviation, "mm")
     reason = f"Contacts are uncertain by more than a fingertip's radius of {1e3 * radius.max():.0f} mm"
-    return f"{reason} (calibrated deviation {factor:g} σ): {found}." if found else ""
+    calibrated = "" if factor == 1.0 else f" (calibrated deviation {factor:g} σ)"
+    return f"{reason}{calibrated}: {found}." if found else ""
 
 
 def far_start(result: Planned) -> str:
