@@ -26,14 +26,15 @@ def origin(observation: Observation) -> Array:
 
 
 def moved_cloud(observation: Observation, by: Array) -> Observation:
-    """The same cloud, table, cameras and true surface, moved by (3,) [m]."""
-    cameras, mesh = observation.camera_positions, observation.mesh_vertices
+    """The same cloud, table, cameras, obstacles and true surface, moved by (3,) [m]."""
+    cameras, mesh, obstacles = observation.camera_positions, observation.mesh_vertices, observation.obstacle_points
     return replace(
         observation,
         points=observation.points + by,
         table_height=observation.table_height + float(by[2]),
         camera_positions=None if cameras is None else cameras + by,
         mesh_vertices=None if mesh is None else mesh + by,
+        obstacle_points=None if obstacles is None else obstacles + by,
     )
 
 
