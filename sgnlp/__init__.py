@@ -11,6 +11,8 @@ from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.depth import DepthImage, from_depth
 from sgnlp.perception.observation import Observation, load, observe
+from sgnlp.perception.scene import Scene
+from sgnlp.perception.segment import segment
 from sgnlp.planning.additions import constraints, terms
 from sgnlp.planning.extension import extension
 from sgnlp.planning.grasps import Grasps
@@ -40,6 +42,7 @@ __all__ = [
     "NlpInstance",
     "Observation",
     "Plan",
+    "Scene",
     "Settings",
     "SgnlpError",
     "Solver",
@@ -52,6 +55,7 @@ __all__ = [
     "load_hand",
     "observe",
     "preset",
+    "segment",
     "simulate",
     "solve",
     "terms",

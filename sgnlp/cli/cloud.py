@@ -1,4 +1,4 @@
-"""`sgnlp cloud`: from depth images with masks and calibrated cameras to a problem file."""
+"""`sgnlp cloud`: from depth images or clouds of a scene to a problem file."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,35 +10,82 @@ from rich.console import Console
 
 from sgnlp.base.checked import POSITIVE, Checked
 from sgnlp.base.errors import InputError
-from sgnlp.cli import codes
+from sgnlp.cli import codes, segmenting
 from sgnlp.cli.flags import check_problem_file
 from sgnlp.perception import depth, depth_files
+from sgnlp.perception.observation import UNTURNED, Up
 from sgnlp.planning import results
 
 
 @dataclass(kw_only=True)
 class Cloud(Checked):
-    """Make a cloud of the marked pixels of depth images (.png, .tif, .npy), each a view, for `sgnlp solve`."""
+    """Make the cloud of an object, for `sgnlp solve`, from depth images (.png .tif .npy) or clouds of a whole scene.
+
+    Without masks the table is found, and what stands on it is listed: the only object is written, or the chosen one.
+    With masks the marked pixels are written.
+    """
 
     files: tyro.conf.Positional[tuple[Path, ...]]
-    """the depth images; rectified, 0 or NaN where nothing was measured"""
-    masks: tuple[Path, ...]
+    """the depth images, rectified, 0 or NaN where nothing was measured; or clouds (.ply .pcd .npz .npy .xyz); each is a
+    view of one world"""
+    masks: tuple[Path, ...] = ()
     """an image for each, not black where the object is"""
     label: tuple[int, ...] = ()
     """value of the object's pixels in masks of labels: one for all masks, or one for each"""
-    cameras: tuple[Path, ...]
-    """a JSON or YAML for each: K, its 9 intrinsics in pixels, and pose, the 16 numbers of the matrix from camera to
-    world; or a file of Open3D, ROS, RealSense or BOP"""
+    cameras: tuple[Path, ...] = ()
+    """a JSON or YAML for each depth image: K, its 9 intrinsics in pixels, and pose, the 16 numbers of the matrix from
+    camera to world, which one image without a mask can do without; or a file of Open3D, ROS, RealSense or BOP"""
     unit: Annotated[float | None, POSITIVE] = None
-    """metres of a step of the depths: 0.001 for millimetres, which is assumed if not given, 1 for metres"""
+    """metres of a step of the depths or coordinates: 0.001 for millimetres, 1 for metres; if not given, 0.001 for
+    depths and 1 for clouds"""
     table_height: float | None = None
-    """height of the table [m]; measured from the pixels around the object if not given"""
+    """height of the table in the world [m]; measured if not given"""
+    key: str | None = None
+    """array of an npz that holds the points, where it is not `points`"""
+    up: Up = UNTURNED
+    """without masks: axis of the frame that points up; it is turned to z"""
+    pose: tuple[float, ...] | None = None
+    """without masks: pose of the frame, such as its camera's, in the world: 16 numbers of a matrix in metres, row by
+    row"""
+    pick: tuple[int, ...] = ()
+    """without masks: the number of the cluster to write; several are parts of one object"""
+    near: tuple[float, float, float] | None = None
+    """without masks: write the cluster nearest to this point of the world [m]"""
+    pixel: tuple[int, int] | None = None
+    """without masks: write the cluster at this column and row of the first image, or organised cloud"""
+    all_: Annotated[bool, tyro.conf.arg(name="all")] = False
+    """without masks: write every object, into a folder called as --out"""
+    png: Path | None = None
+    """without masks: a picture of the scene with the numbers of the clusters"""
     out: Path = Path("object.npz")
     """the problem file"""
 
     def run(self, console: Console) -> int:
-        """Read, unproject, save."""
+        """Read, unproject or part, save."""
         check_problem_file(self.out)
+        return self._marked(console) if self.masks else self._parted(console)
+
+    def _parted(self, console: Console) -> int:
+        if self.label:
+            raise InputError("--label chooses in --masks, and there are none")
+        source = segmenting.Source(
+            files=self.files,
+            cameras=self.cameras,
+            unit=self.unit,
+            key=self.key,
+            up=self.up,
+            pose=self.pose,
+            table_height=self.table_height,
+        )
+        choice = segmenting.Choice(self.pick, self.near, self.pixel, self.all_)
+        return segmenting.run(console, source, choice, self.out, self.png)
+
+    def _marked(self, console: Console) -> int:
+        others = ("key", "pose", "pick", "near", "pixel", "png")
+        given = [name for name in others if getattr(self, name) not in (None, ())]
+        given += ["all"] * self.all_ + ["up"] * (self.up != UNTURNED)
+        if given:
+            raise InputError(f"--{given[0]} is for scenes without --masks")
         if not len(self.files) == len(self.masks) == len(self.cameras):
             counts = f"{len(self.files)} images, {len(self.masks)} masks and {len(self.cameras)} cameras"
             raise InputError(f"every depth image needs a mask and a camera; found {counts}")

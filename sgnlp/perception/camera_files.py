@@ -28,15 +28,16 @@ class Camera:
     """What a file says of a camera, unchecked."""
 
     intrinsics: Array  # (3, 3) [px]
-    pose: Array  # (4, 4), or (3, 4) its upper rows: camera to world [m]
+    pose: Array | None  # (4, 4), or (3, 4) its upper rows: camera to world [m]
     size: tuple[float, float] | None = None  # (width, height) [px] of its images
     unit: float | None = None  # [m] of its depths
     notes: tuple[str, ...] = ()
 
 
-def read(path: Path, image: str) -> Camera:
+def read(path: Path, image: str, posed: bool = True) -> Camera:
     """The camera of a file; of a file of many, the one with the number that the name `image` is.
 
+    Its pose may be missing unless it must be `posed`.
     Raises `InputError` that says what is missing, not begun with the path.
     """
     try:
@@ -53,7 +54,7 @@ def read(path: Path, image: str) -> Camera:
     inner = [found[key] for key in MATRICES if isinstance(found.get(key), Mapping) and "data" not in found[key]]
     source = found | dict(inner[0]) if inner else found
     K = _intrinsics(source)
-    pose, notes = _pose(found)
+    pose, notes = _pose(found, posed)
     unit = None
     if "cam_K" in found and "depth_scale" in found:
         unit = float(_numbers(found, "depth_scale", 1)[0]) * MILLIMETRE
@@ -110,7 +111,7 @@ def _intrinsics(found: Mapping[str, Any]) -> Array:
     return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
 
 
-def _pose(found: Mapping[str, Any]) -> tuple[Array, list[str]]:
+def _pose(found: Mapping[str, Any], posed: bool) -> tuple[Array | None, list[str]]:
     """Camera to world, and a note where the file has it the other way round."""
     if "pose" in found:
         return _matrix(found), []
@@ -123,6 +124,8 @@ def _pose(found: Mapping[str, Any]) -> tuple[Array, list[str]]:
         world[:3, :3] = _numbers(found, "cam_R_w2c", 9).reshape(3, 3)
         world[:3, 3] = _numbers(found, "cam_t_w2c", 3) * MILLIMETRE
         return _inverse(world), ["Inverted 'cam_R_w2c' and 'cam_t_w2c', which are world to camera in mm."]
+    if not posed:
+        return None, []
     raise InputError(
         "the key 'pose' is missing: the 16 numbers of the matrix from the camera's (optical) frame to the world; "
         f"a camera has {KNOWN}"

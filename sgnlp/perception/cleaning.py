@@ -189,7 +189,8 @@ def check_shape(points: Array, settings: ObservationSettings, table: float | Non
     width = float(np.ptp(points, axis=0).max())
     if width > settings.max_width:
         units = [f"in {name} (--scale {factor:g})" for name, factor in UNITS.items() if _usual(factor * width)]
-        hint = f"is it {' or '.join(units)}, or not cropped to the object?" if units else "is it cropped to the object?"
+        hint = f"is it {' or '.join(units)}, or a whole scene?" if units else "is it a whole scene?"
+        hint += " `sgnlp cloud FILE` takes one object out of a scene"
         raise InputError(f"the cloud is {width:.4g} m wide, more than {settings.max_width:g} m; {hint}")
     if width < settings.min_width:
         hint = "is its unit the metre? (--scale multiplies all coordinates; 0.001 is for mm)"

@@ -17,11 +17,14 @@ from sgnlp.perception.text_rows import directions
 PER_CAMERA = "points_"  # prefix of the keys of a file with one array per camera
 NUMBERS = ("table_height", "mass", "friction")  # keys of single numbers
 TEXTS = ("name", "half")  # keys of texts; the half of a problem set is tuning or held_out
+OBSTACLES = ("obstacle_points", "obstacle")
 OPTIONAL_KEYS = (
-    *("view", "camera_positions", "background", "background_view", "mesh_vertices", "mesh_faces", "notes"),
-    *NUMBERS,
-    *TEXTS,
+    *("view", "camera_positions", "background", "background_view", "mesh_vertices", "mesh_faces"),
+    *OBSTACLES,
+    *("notes", *NUMBERS, *TEXTS),
 )
+TRANSFORM = "transform"
+"""Key of the (4, 4) that took what was measured to the file's frame: for people and robots, no part of the cloud."""
 ATTRIBUTES = (
     *("rgb", "rgba", "bgr", "color", "colors", "colour", "colours", "normal", "normals", "intensity", "intensities"),
     *("label", "labels", "mask", "class", "classes", "segment", "segments", "semantic", "instance", "instances"),
@@ -101,6 +104,24 @@ def mesh(vertices: object, faces: object) -> tuple[Array, IntArray]:
     if triangles.size and (triangles.min() < 0 or triangles.max() >= len(corners)):
         raise InputError(f"'mesh_faces' must lie in 0..{len(corners) - 1}, the rows of 'mesh_vertices'")
     return corners, triangles
+
+
+def obstacles(points: object, numbers: object) -> tuple[Array, IntArray] | None:
+    """The points (M, 3) of obstacles and the number (M,) of the one that each is of, checked; None if there are none.
+
+    Without numbers all are of one, 0.
+    """
+    if points is None:
+        if numbers is not None:
+            raise InputError("'obstacle' needs 'obstacle_points'")
+        return None
+    place = floats(points, "obstacle_points", (None, 3))
+    if not np.isfinite(place).all():
+        raise InputError("'obstacle_points' must be finite")
+    which = np.zeros(len(place), np.int64) if numbers is None else integers(numbers, "obstacle", (None,))
+    if len(which) != len(place):
+        raise InputError(f"'obstacle' has {len(which)} entries for {len(place)} points")
+    return place, which
 
 
 def rows(value: object, name: str) -> tuple[Array, tuple[str, ...]]:
@@ -197,7 +218,7 @@ def _from_arrays(arrays: dict[str, object], stem: str, chosen: str | None) -> di
     else:
         found["points"] = arrays[points_key]
     _plain(found, stem)
-    ignored = sorted(set(arrays) - {points_key, *cameras, *attributes, *OPTIONAL_KEYS})
+    ignored = sorted(set(arrays) - {points_key, *cameras, *attributes, *OPTIONAL_KEYS, TRANSFORM})
     notes += [f"Ignored the unknown keys {', '.join(ignored)}."] if ignored else []
     found["notes"] = (*found.get("notes", ()), *notes)
     return found

@@ -4,7 +4,7 @@
 
 The camera looks along its z axis, x to the right of the image and y down it (OpenCV, ROS's optical frames); (0, 0) is
 the middle of the first pixel. Images are rectified: no lens distortion is undone. Colour is not used; what finds the
-object in it gives the mask.
+object in it gives the mask. Without a mask `segment` finds the objects, and the pose may be missing.
 """
 
 from collections.abc import Sequence
@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sgnlp.base.arrays import Array
+from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.base.errors import InputError
-from sgnlp.perception import depth_checks, level, masks
+from sgnlp.perception import depth_checks, free_space, level, masks
 from sgnlp.perception.clouds import floats
 from sgnlp.perception.observation import DEFAULTS, Observation, ObservationSettings, checked_pose, observe
 
@@ -35,19 +35,20 @@ class DepthImage:
     Attributes:
         depth: (height, width) along the camera's axis, in `unit`; 0, negative, NaN, infinite or the largest value of
             an unsigned type where nothing came back.
-        mask: (height, width) true, or not 0, where the pixel is the object's; soft edges are cut at half.
+        mask: (height, width) true, or not 0, where the pixel is the object's; soft edges are cut at half. None of an
+            image of a whole scene.
         intrinsics: K (3, 3) [px], `[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]`.
         pose: (4, 4) of the camera in the world [m], whose z is up: it takes camera to world coordinates. (3, 4) are
-            its upper rows.
+            its upper rows. None where it is not known; `from_depth` needs it.
         unit: of the depths [m]; 0.001 for the 16-bit images of most cameras.
         name: of the camera.
         notes: a sentence for each thing assumed of it.
     """
 
     depth: ArrayLike
-    mask: ArrayLike
+    mask: ArrayLike | None
     intrinsics: ArrayLike
-    pose: ArrayLike
+    pose: ArrayLike | None = None
     unit: float = 1.0
     name: str = ""
     notes: Sequence[str] = ()
@@ -64,30 +65,38 @@ class DepthImage:
         if raw.dtype.kind == "u":  # what a driver, or -1 as unsigned, writes for no return
             lost = raw == np.iinfo(raw.dtype).max
         depth = np.where(lost, 0.0, depth)
-        mask = np.asarray(self.mask)
-        if mask.shape != depth.shape:
-            raise InputError(
-                f"the mask must have the shape of the depth image, {depth.shape}; found {mask.shape}: "
-                "align the colour image that it is of to the depths, or give the mask in the pixels of the depths"
-            )
-        marked, notes = masks.marked(mask)
-        if (lost & marked).any():
-            mark = f"{raw[lost & marked][0]:g}"
-            notes.append(f"Dropped {(lost & marked).sum()} of {marked.sum()} marked pixels of depth {mark}: no return.")
+        marked, notes = (None, []) if self.mask is None else _marked(self.mask, depth.shape)
+        chosen, which = (np.ones_like(lost), "") if marked is None else (marked, "marked ")
+        if (lost & chosen).any():
+            mark = f"{raw[lost & chosen][0]:g}"
+            notes.append(f"Dropped {(lost & chosen).sum()} of {chosen.sum()} {which}pixels of depth {mark}: no return.")
         if not (np.isfinite(self.unit) and self.unit > 0):
             raise InputError(f"the unit of the depths must be a positive number of metres; found {self.unit}")
-        K, pose = checked_intrinsics(self.intrinsics), checked_pose(self.pose)
+        K, pose = checked_intrinsics(self.intrinsics), None if self.pose is None else checked_pose(self.pose)
         for name, value in {"depth": depth, "mask": marked, "intrinsics": K, "pose": pose}.items():
             object.__setattr__(self, name, value)
         object.__setattr__(self, "notes", (*self.notes, *notes))
 
     def points(self) -> Array:
-        """World coordinates (height, width, 3) [m] of every pixel, NaN where nothing came back."""
-        depth, pose = np.asarray(self.depth), np.asarray(self.pose)
+        """World coordinates (height, width, 3) [m] of every pixel, NaN where nothing came back.
+
+        Without a pose they are those of the camera's own frame.
+        """
+        depth, pose = np.asarray(self.depth), np.eye(4) if self.pose is None else np.asarray(self.pose)
         v, u = np.indices(depth.shape)
         rays = np.stack([u, v, np.ones_like(u)], axis=-1) @ np.linalg.inv(np.asarray(self.intrinsics)).T
         z = np.where(np.isfinite(depth) & (depth > 0), depth * self.unit, np.nan)
         return np.asarray(z[..., None] * (rays @ pose[:3, :3].T) + pose[:3, 3])
+
+
+def _marked(mask: ArrayLike, shape: tuple[int, ...]) -> tuple[BoolArray, list[str]]:
+    """The pixels that a mask of an image (height, width) marks, and notes."""
+    if np.shape(mask) != shape:
+        raise InputError(
+            f"the mask must have the shape of the depth image, {shape}; found {np.shape(mask)}: "
+            "align the colour image that it is of to the depths, or give the mask in the pixels of the depths"
+        )
+    return masks.marked(mask)
 
 
 def checked_intrinsics(value: ArrayLike) -> Array:
@@ -118,7 +127,8 @@ def from_depth(
 
 
 def arrays(images: Sequence[DepthImage], table_height: float | None = None) -> dict[str, Any]:
-    """`points` (N, 3), `view` (N,), `camera_positions` (V, 3), `table_height` (if it is known) and `notes`.
+    """`points` (N, 3), `view` (N,), `camera_positions` (V, 3), `table_height` (if it is known), `notes`, and what the
+    cameras saw around and behind the object, `background` (B, 3) and `background_view` (B,).
 
     Where the height of the table is not given it is the median of what else was measured around the object, within
     `TABLE_REACH` of the box of its points seen from above. Raises `InputError` for an image whose table is far from
@@ -127,13 +137,20 @@ def arrays(images: Sequence[DepthImage], table_height: float | None = None) -> d
     if not images:
         raise InputError("no depth image is given")
     names = [image.name or str(i) for i, image in enumerate(images)]
+    for image, name in zip(images, names, strict=True):
+        for part in ("mask", "pose"):
+            if getattr(image, part) is None:
+                raise InputError(f"the image '{name}' has no {part}; sgnlp.segment finds the objects without it")
     seen = [_seen(image, name) for image, name in zip(images, names, strict=True)]
     objects, rest = [one[0] for one in seen], [one[1] for one in seen]
     positions = np.stack([np.asarray(image.pose)[:3, 3] for image in images])
+    behind = [free_space.background(*one) for one in zip(positions, objects, rest, strict=True)]
     found: dict[str, Any] = {
         "points": np.concatenate(objects),
         "view": np.repeat(np.arange(len(images)), [len(cloud) for cloud in objects]),
         "camera_positions": positions,
+        "background": np.concatenate(behind),
+        "background_view": np.repeat(np.arange(len(images)), [len(points) for points in behind]),
         "notes": [],
     }
     measured, count = _table(found["points"], np.concatenate(rest))

@@ -84,20 +84,20 @@ def mask(marked: BoolArray, measured: BoolArray) -> list[str]:
     return notes
 
 
-def depths(values: Array, unit: float) -> list[str]:
-    """Notes on the measured depths (n,) of an object: how far it is, and in which steps."""
+def depths(values: Array, unit: float, what: str = "object") -> list[str]:
+    """Notes on the measured depths (n,) of an object, or a scene: how far it is, and in which steps."""
     middle = float(np.median(values)) * unit
     if not NEAREST <= middle <= FARTHEST:
         better = [u for u in UNITS if NEAR <= middle / unit * u <= FAR]
         hint = f"; --unit {better[0]:g} would make it {middle / unit * better[0]:.2g} m" if better else ""
         raise InputError(
-            f"in units of {unit:g} m the object is {middle:.3g} m from the camera, not {NEAREST:g} to {FARTHEST:g} m; "
+            f"in units of {unit:g} m the {what} is {middle:.3g} m from the camera, not {NEAREST:g} to {FARTHEST:g} m; "
             f"see --unit (in Python: unit){hint}"
         )
     notes = []
     if not NEAR <= middle <= FAR:
         notes.append(
-            f"In units of {unit:g} m the object is {middle:.3g} m from the camera, "
+            f"In units of {unit:g} m the {what} is {middle:.3g} m from the camera, "
             f"not {NEAR:g} to {FAR:g} m: see --unit."
         )
     levels = np.unique(values) * unit

@@ -21,15 +21,18 @@ UNIT = 0.001
 """[m] Assumed of depths: that of the 16-bit images of most cameras."""
 
 
-def read(depth: Path, mask: Path, camera: Path, unit: float | None = None, label: int | None = None) -> DepthImage:
+def read(
+    depth: Path, mask: Path | None, camera: Path, unit: float | None = None, label: int | None = None
+) -> DepthImage:
     """The image in three files, depths in `unit` [m]; it is called as the file of its depths.
 
     Without `unit` it is that of the camera's file, or else `UNIT`. The mask is where its image is not black, or where
-    it is `label`. Raises `InputError`, one line that begins with the path of the file that is wrong.
+    it is `label`; without one the pose may be missing too. Raises `InputError`, one line that begins with the path of
+    the file that is wrong.
     """
     depths = _told(depth, _depths, depth)
-    pixels, notes = _told(mask, _mask, mask, label)
-    found = _told(camera, _camera, camera, depth.stem, depths.shape)
+    pixels, notes = (None, []) if mask is None else _told(mask, _mask, mask, label)
+    found = _told(camera, _camera, camera, depth.stem, depths.shape, mask is not None)
     if unit is None and found.unit is None and depths.dtype == np.uint8:
         raise InputError(f"{depth}: 8 bits hold 256 depths, as pictures do; give 16 bits, or the --unit of the depths")
     if unit is None:
@@ -39,12 +42,12 @@ def read(depth: Path, mask: Path, camera: Path, unit: float | None = None, label
     try:
         return DepthImage(depths, pixels, found.intrinsics, found.pose, unit, depth.stem, (*found.notes, *notes))
     except InputError as error:
-        raise InputError(f"{depth}, {mask}: {error}") from error
+        raise InputError(f"{depth}, {mask}: {error}" if mask else f"{depth}: {error}") from error
 
 
-def _camera(path: Path, image: str, shape: tuple[int, ...]) -> camera_files.Camera:
-    """The camera of an image (height, width), checked."""
-    found = camera_files.read(path, image)
+def _camera(path: Path, image: str, shape: tuple[int, ...], posed: bool) -> camera_files.Camera:
+    """The camera of an image (height, width), checked; `posed` says whether its pose must be there."""
+    found = camera_files.read(path, image, posed)
     if found.size not in (None, shape[1::-1]):
         raise InputError(
             "is of images of {:g} x {:g} pixels, this one has {} x {}; give the intrinsics of this stream and size "
@@ -53,7 +56,8 @@ def _camera(path: Path, image: str, shape: tuple[int, ...]) -> camera_files.Came
             )
         )
     checked_intrinsics(found.intrinsics)
-    checked_pose(found.pose)
+    if found.pose is not None:
+        checked_pose(found.pose)
     return found
 
 

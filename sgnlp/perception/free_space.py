@@ -33,8 +33,9 @@ GROWN = 0.004
 """The silhouette is wider than the points on each side [m]: grazing surfaces return nothing, calibrations err."""
 FRONT = 0.006
 """A point is free if it is this far in front of what was measured [m]: noise and calibration, three deviations."""
-AROUND = 0.08
-"""A background tells what is free within this of the object [m]; a hand's surface model reaches 5 cm."""
+AROUND = 0.15
+"""A background tells what is free within this of the object in the image [m]: free space is asked for within 5 cm of
+it, which is up to three times as wide in the image where it is nearer to the camera."""
 FAR_OFF = 1e6
 """Cells beyond this are all the same: no image reaches there."""
 FEW = 10
@@ -112,7 +113,7 @@ def sight(position: Array, points: Array, others: Array | None = None, backgroun
     image, spacing, grown = Image.around(position, points, 0.0 if background is None else AROUND)
     own = image.nearest(points)
     if background is not None:
-        behind = image.nearest(background)
+        behind = _joined(image.nearest(background))
         proved = np.where(np.isfinite(behind), behind, 0.0)
         depth = np.where(_grown(np.isfinite(own), grown), np.minimum(_filled(own), behind), proved)
         return Sight(image, _lowered(depth, spacing), 0.0)
@@ -124,6 +125,19 @@ def sight(position: Array, points: Array, others: Array | None = None, backgroun
             beyond = _grown(_closed(np.isfinite(unseen), SPACINGS * spacing), grown) & ~silhouette
             depth = np.where(beyond, np.minimum(depth, _filled(unseen)), depth)
     return Sight(image, _lowered(depth, spacing), np.inf)
+
+
+def background(position: Array, points: Array, others: Array) -> Array:
+    """Of all else that a camera measured (m, 3) what tells which space around an object's points (n, 3) is free.
+
+    It is the nearest point in each cell of the image, (k, 3) [m].
+    """
+    image, _, _ = Image.around(position, points, AROUND)
+    cell, ahead, inside = image.place(others)
+    cell, ahead, seen = cell[inside], ahead[inside], others[inside]
+    order = np.argsort(ahead, kind="stable")
+    _, first = np.unique(cell[order] @ [image.shape[1], 1], return_index=True)
+    return np.asarray(seen[order[first]])
 
 
 def sights(
@@ -197,6 +211,12 @@ def _filled(depth: Array) -> Array:
     """An image whose infinite cells have the depth of the nearest finite one."""
     nearest = np.asarray(ndimage.distance_transform_edt(np.isinf(depth), return_indices=True)[1])
     return np.asarray(depth[nearest[0], nearest[1]])
+
+
+def _joined(depth: Array) -> Array:
+    """An image whose infinite cells next to finite ones have the depth of the nearest: one point a cell leaves gaps."""
+    near = _grown(np.isfinite(depth), np.sqrt(2))
+    return np.where(near, _filled(depth), np.inf)
 
 
 def _lowered(depth: Array, spacing: float) -> Array:

@@ -97,7 +97,7 @@ def _largest(points: Array, rng: np.random.Generator) -> tuple[Array, BoolArray]
     return -normal * np.sign(normal @ centre), best
 
 
-def check(points: Array, pose: Array) -> list[str]:
+def check(points: Array, pose: Array, which: str = "the pixels around the object") -> list[str]:
     """Notes on the world points (n, 3) that were measured around an object by a camera of a pose (4, 4)."""
     found = planes(points, pose[:3, 3]) if len(points) >= PLANE_PIXELS else []
     if not found:
@@ -114,7 +114,7 @@ def check(points: Array, pose: Array) -> list[str]:
     fault = f"is tilted by {plane.tilt:.1f} deg, more than {MAX_TILT_DEG:g}, but the table is level"
     if plane.tilt > 180 - REFUSED_TILT_DEG:
         fault = "is above the camera, which sees its underside"
-    text = f"{plane.share:.0%} of the pixels around the object lie on a plane that {fault}: {cause}"
+    text = f"{plane.share:.0%} of {which} lie on a plane that {fault}: {cause}"
     if plane.tilt > REFUSED_TILT_DEG and plane.share >= CERTAIN_SHARE:
         raise InputError(text)
     return [f"{text}."]

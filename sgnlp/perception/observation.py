@@ -49,6 +49,8 @@ class Observation:
     mesh_faces: IntArray | None = None  # (F, 3)
     mass: float | None = None  # [kg] of the true body
     friction: float | None = None  # true coefficient between a fingertip and the body
+    obstacle_points: Array | None = None  # (M, 3) [m] of what else is near the object
+    obstacle: IntArray | None = None  # (M,) which obstacle each is of: the cluster of a scene, 0 of none
     notes: tuple[str, ...] = ()  # a sentence for each thing dropped or assumed
     source: str | None = None  # the file it was read from
     half: str = ""  # of a problem set: tuning, held_out, or none
@@ -132,6 +134,8 @@ def observe(
     mesh_faces: ArrayLike | None = None,
     mass: float | None = None,
     friction: float | None = None,
+    obstacle_points: ArrayLike | None = None,
+    obstacle: ArrayLike | None = None,
     pose: ArrayLike | None = None,
     notes: Sequence[str] = (),
     settings: ObservationSettings = DEFAULTS,
@@ -140,13 +144,13 @@ def observe(
 
     `view` (N,) numbers the camera of each point, `view_names` names the cameras (default: their numbers), and
     `views` keeps some of them by name, or by place in the order of the names where no name matches. `scale`
-    turns `points`, `camera_positions` (V, 3) and the mesh (U, 3), (F, 3) into metres; `table_height` is in
-    metres already and is estimated from the lowest points where it is missing. `background` (M, 3) is what the cameras
-    `background_view` (M,) measured around and behind the object: without it, a camera is taken to have seen through
-    wherever it measured nothing of the object. `pose` (4, 4) is that of their frame in
+    turns `points`, `camera_positions` (V, 3), `background` (B, 3), `obstacle_points` (M, 3) and the mesh (U, 3), (F, 3)
+    into metres; `table_height` is in metres already and is estimated from the lowest points where it is missing.
+    `background` is what the cameras `background_view` (B,) measured around and behind the object: without it, a camera
+    is taken to have seen through wherever it measured nothing of the object. `pose` (4, 4) is that of their frame in
     the world [m], where it is another one; a table's height is the world's in any case. `mass` [kg] and `friction` are,
-    like the mesh, the truth that a simulation needs. Raises `InputError` for everything that cannot be the cloud
-    of one graspable object on a table.
+    like the mesh, the truth that a simulation needs. `obstacle` (M,) says which obstacle each of their points is of.
+    Raises `InputError` for everything that cannot be the cloud of one graspable object on a table.
     """
     if not (np.isfinite(scale) and scale > 0):
         raise InputError(f"the scale must be a positive number; found {scale}")
@@ -177,15 +181,16 @@ def observe(
         chosen = np.isin(around[1], kept)
         behind = moved(around[0][chosen] * scale, place), np.searchsorted(kept, around[1][chosen])
     mesh = None if mesh_vertices is mesh_faces is None else clouds.mesh(mesh_vertices, mesh_faces)
+    in_the_way = clouds.obstacles(obstacle_points, obstacle)
+    given = (cloud, cameras.view, cameras.positions, *(around or ()), *(in_the_way or ()))
+    digest = _digest(given, options if pose is None else (*options, pose))
     return Observation(
         points=_frozen(clean.points),
         view=_frozen(view),
         view_names=tuple(cameras.names[i] for i in kept),
         table_height=table,
         name=clouds.safe_name(name),
-        digest=_digest(
-            (cloud, cameras.view, cameras.positions, *(around or ())), options if pose is None else (*options, pose)
-        ),
+        digest=digest,
         camera_positions=None if positions is None else _frozen(positions),
         background=None if behind is None else _frozen(behind[0]),
         background_view=None if behind is None else _frozen(behind[1]),
@@ -193,6 +198,8 @@ def observe(
         mesh_faces=None if mesh is None else _frozen(mesh[1]),
         mass=mass,
         friction=friction,
+        obstacle_points=None if in_the_way is None else _frozen(moved(in_the_way[0] * scale, place)),
+        obstacle=None if in_the_way is None else _frozen(in_the_way[1]),
         notes=tuple(clean.notes),
     )
 

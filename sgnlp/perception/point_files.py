@@ -22,6 +22,8 @@ PLY_TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": 
 PLY_FORMS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 IDENTITY = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
 """VIEWPOINT of a .pcd whose points are not said to be in a camera's frame."""
+HEADER = 4096
+"""Bytes in which the header of a .pcd ends."""
 Columns = list[tuple[str, str]]
 """The name and NumPy's type of each number of a point."""
 
@@ -58,6 +60,13 @@ def _pcd(path: Path) -> Text:
     if any(kind != "<f4" for name, kind in header.columns if name in COORDINATES):
         raise InputError("holds compressed coordinates that are not 32-bit floats; save it as ascii or binary")
     return Text(open3d_files.points(path), header.notes)
+
+
+def pcd_grid(path: Path) -> tuple[int, int] | None:
+    """Height and width of a .pcd whose points are those of an image; None if it is not organised so."""
+    said = dict(re.findall(rb"^(WIDTH|HEIGHT)[ \t]+(\d+)", path.read_bytes()[:HEADER], re.MULTILINE))
+    width, height = int(said.get(b"WIDTH", 0)), int(said.get(b"HEIGHT", 0))
+    return (height, width) if height > 1 and width > 1 else None
 
 
 @dataclass(frozen=True)

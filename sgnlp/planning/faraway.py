@@ -26,8 +26,9 @@ def origin(observation: Observation) -> Array:
 
 
 def moved_cloud(observation: Observation, by: Array) -> Observation:
-    """The same cloud, table, cameras, background and true surface, moved by (3,) [m]."""
+    """The same cloud, table, cameras, background, obstacles and true surface, moved by (3,) [m]."""
     cameras, background, mesh = observation.camera_positions, observation.background, observation.mesh_vertices
+    obstacles = observation.obstacle_points
     return replace(
         observation,
         points=observation.points + by,
@@ -35,6 +36,7 @@ def moved_cloud(observation: Observation, by: Array) -> Observation:
         camera_positions=None if cameras is None else cameras + by,
         background=None if background is None else background + by,
         mesh_vertices=None if mesh is None else mesh + by,
+        obstacle_points=None if obstacles is None else obstacles + by,
     )
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scenes import sphere_points
 from views import EYES, MIDDLE, RADIUS, ball_seen
 
-from sgnlp.perception.free_space import CLOSED, FRONT, doubt, free, sight, sights
+from sgnlp.perception.free_space import CLOSED, FRONT, background, doubt, free, sight, sights
 
 EYE = EYES[0]
 
@@ -100,6 +100,17 @@ def test_what_stands_before_the_object_ends_the_free_space():
     seen = sight(EYE, ball_seen(EYE), background=np.concatenate([wall()[0], occluder]))
     assert seen.free((beside - 0.3 * ray)[None]).all()
     assert not seen.free(beside[None]).any()
+
+
+def test_a_background_of_one_point_a_cell_tells_the_same():
+    behind, right = wall()
+    points = ball_seen(EYE)
+    few = background(EYE, points, np.concatenate([behind, behind + 1e-4, along(EYE, [-1.0, -0.7])]))
+    assert len(few) < 0.5 * len(behind)
+    places = MIDDLE + 0.12 * sphere_points(500, 3)
+    every, thinned = (sight(EYE, points, background=some) for some in (behind, few))
+    assert (every.free(places) == thinned.free(places)).mean() > 0.99
+    assert thinned.free(MIDDLE + np.outer([0.07, 0.1, 0.13], right)).all()
 
 
 def test_one_camera_that_saw_through_is_enough():

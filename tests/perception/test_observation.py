@@ -517,3 +517,33 @@ def test_real_clouds_lose_few_points(real_clouds):
                 count = sum(len(arrays[f"points_{view}"]) for view in views or ("415", "435", "455"))
             assert 0.9 * count < len(observation.points) < count
             assert load(file, views=views).table_height == pytest.approx(0.0165, abs=0.003)
+
+
+def test_obstacles_are_moved_as_the_points_are_and_named_by_the_digest(tmp_path):
+    plain = observe(GOOD, table_height=TABLE)
+    assert plain.obstacle_points is plain.obstacle is None
+    place, numbers = np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]]), np.array([2, 0])
+    turn = np.array([[0.0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]])
+    seen = observe(1000 * GOOD, scale=0.001, pose=turn, obstacle_points=1000 * place, obstacle=numbers)
+    np.testing.assert_allclose(seen.obstacle_points, [[0.8, 2.1, 3.3], [0.5, 2.4, 3.6]])
+    np.testing.assert_array_equal(seen.obstacle, numbers)
+    given = observe(GOOD, table_height=TABLE, obstacle_points=place, obstacle=numbers)
+    other = observe(GOOD, table_height=TABLE, obstacle_points=place + 1e-9, obstacle=numbers)
+    assert len({plain.digest, given.digest, other.digest}) == 3
+    read = load(saved(tmp_path, points=GOOD, table_height=TABLE, obstacle_points=place, transform=np.eye(4)))
+    np.testing.assert_array_equal(read.obstacle, [0, 0])
+    assert not [note for note in read.notes if "unknown keys" in note]
+
+
+@pytest.mark.parametrize(
+    ("arrays", "message"),
+    [
+        ({"obstacle": [1]}, "'obstacle' needs 'obstacle_points'"),
+        ({"obstacle_points": np.zeros((3, 2))}, "'obstacle_points' must be an array of real numbers of shape"),
+        ({"obstacle_points": np.full((1, 3), np.nan)}, "'obstacle_points' must be finite"),
+        ({"obstacle_points": np.zeros((2, 3)), "obstacle": [1]}, "'obstacle' has 1 entries for 2 points"),
+    ],
+)
+def test_obstacles_that_are_none_are_refused(arrays, message):
+    with pytest.raises(InputError, match=message):
+        observe(GOOD, table_height=TABLE, **arrays)

@@ -50,7 +50,7 @@ def bodies(cloud: Observation, result: Planned) -> str:
     shares = shares[shares >= BODY_SHARE]
     told = " and ".join(f"{share:.0%}" for share in shares)
     far = f"more than {1e3 * GAP:.0f} mm apart ({told} of the points)"
-    return f"The cloud has {len(shares)} clusters {far}: crop it to one object." if len(shares) > 1 else ""
+    return f"The cloud has {len(shares)} clusters {far}: {_part(cloud)}." if len(shares) > 1 else ""
 
 
 def plane(cloud: Observation, result: Planned) -> str:
@@ -61,7 +61,12 @@ def plane(cloud: Observation, result: Planned) -> str:
     level = abs(found.normal[2]) > np.cos(np.radians(10)) and found.height < cloud.table_height + TABLE_NEAR
     what = "A plane at the table's height" if level else "A plane, such as a wall or a table,"
     wider = f"and is {found.ratio:.1f} times as wide as what stands on it"
-    return f"{what} holds {found.share:.0%} of the points, {wider}: crop the cloud to the object."
+    return f"{what} holds {found.share:.0%} of the points, {wider}: {_part(cloud)}."
+
+
+def _part(cloud: Observation) -> str:
+    """How one object is taken out of a cloud."""
+    return f"take one object out of it by `sgnlp cloud {cloud.source or 'FILE'}`"
 
 
 def camera_frame(cloud: Observation, result: Planned) -> str:

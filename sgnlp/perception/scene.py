@@ -1,0 +1,191 @@
+"""A whole scene parted into a table and what stands on it, each cluster of which can become an observation."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sgnlp.base.arrays import Array, BoolArray, IntArray
+from sgnlp.base.errors import InputError
+from sgnlp.perception import free_space
+from sgnlp.perception.cleaning import ObservationSettings
+from sgnlp.perception.clusters import cells
+from sgnlp.perception.observation import DEFAULTS, Observation, observe
+from sgnlp.perception.sampling import grid_sample
+from sgnlp.perception.scene_planes import ScenePlane
+from sgnlp.perception.scene_views import SceneView
+
+NO_CLUSTER = 0
+"""The number of pixels and obstacles that belong to no cluster."""
+OBSTACLE_REACH = 0.3
+"""[m] What is no farther from the object than this may be in the hand's way: a hand is 0.2 m long."""
+OBSTACLE_CELL, OBSTACLE_POINTS = 0.005, 2000
+"""[m] and number: obstacles are thinned to one point a cell, and each to so many points."""
+TABLE_REACH = 0.1
+"""[m] The table's height is that of its points so near to the object."""
+TABLE_POINTS = 100
+"""Fewest of them; with fewer it is that of the plane."""
+TABLE_DIGITS = 4
+"""Decimals of that height [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cluster:
+    """What stands on the table in one piece."""
+
+    number: int  # from 1
+    points: Array  # (n, 3) [m] in the world
+    view: IntArray  # (n,) index of the view of each
+    distance: float | None  # [m] of its middle from the nearest camera, where one is known
+    fault: str  # why it is no object to grasp: "" if it may be one
+
+    @property
+    def centre(self) -> Array:
+        """The middle (3,) [m] of its box."""
+        return np.asarray((self.points.min(axis=0) + self.points.max(axis=0)) / 2)
+
+    @property
+    def size(self) -> Array:
+        """The sides (3,) [m] of its box."""
+        return np.asarray(np.ptp(self.points, axis=0))
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A table and what stands on it, in a world with z up.
+
+    Clusters are numbered from 1: first those that may be objects, then those with a fault, each by their number of
+    points, most first.
+    """
+
+    views: tuple[SceneView, ...]  # what each camera measured, in the world
+    labels: tuple[IntArray, ...]  # (H, W) each, the number of the cluster at every pixel, or NO_CLUSTER
+    above: tuple[BoolArray, ...]  # (H, W) each, the pixels above the table
+    table: ScenePlane
+    transform: Array  # (4, 4) from the frame that was given to the world
+    clusters: tuple[Cluster, ...]
+    notes: tuple[str, ...]  # a sentence for each thing dropped or assumed
+
+    @property
+    def choices(self) -> tuple[Cluster, ...]:
+        """The clusters that may be objects."""
+        return tuple(cluster for cluster in self.clusters if not cluster.fault)
+
+    def cluster(self, number: int) -> Cluster:
+        """The cluster of a number. Raises `InputError` if there is none."""
+        if not 1 <= number <= len(self.clusters):
+            raise InputError(f"the number of a cluster must be 1 to {len(self.clusters)}; found {number}")
+        return self.clusters[number - 1]
+
+    def pixels(self, number: int) -> tuple[BoolArray, ...]:
+        """The pixels (H, W) of a cluster in each view."""
+        return tuple(np.asarray(labels == self.cluster(number).number) for labels in self.labels)
+
+    def nearest(self, place: ArrayLike) -> Cluster:
+        """The cluster, of those that may be objects, that has the nearest point to a place (3,) [m] in the world."""
+        p = np.asarray(place, np.float64)
+        if not self.choices:
+            raise InputError("no cluster may be an object")
+        return min(self.choices, key=lambda cluster: float(np.linalg.norm(cluster.points - p, axis=1).min()))
+
+    def at_pixel(self, u: int, v: int) -> Cluster:
+        """The cluster at a pixel, column u and row v, of the first view."""
+        labels = self.labels[0]
+        if not self.views[0].organised:
+            raise InputError("a pixel needs a depth image, or a cloud of shape (height, width, 3)")
+        if not (0 <= u < labels.shape[1] and 0 <= v < labels.shape[0]):
+            raise InputError(f"the pixel ({u}, {v}) is outside of the {labels.shape[1]} x {labels.shape[0]} pixels")
+        if labels[v, u] == NO_CLUSTER:
+            found = "the table" if self.views[0].measured[v, u] and not self.above[0][v, u] else "no object"
+            found = found if self.views[0].measured[v, u] else "nothing that was measured"
+            raise InputError(f"at the pixel ({u}, {v}) is {found}")
+        return self.cluster(int(labels[v, u]))
+
+    def arrays(self, *numbers: int) -> dict[str, Any]:
+        """The arrays of the problem file of a cluster, as `sgnlp.load` reads them; of several, parts of one object."""
+        parts = [self.cluster(number) for number in dict.fromkeys(numbers)]
+        points, view = (np.concatenate([getattr(part, name) for part in parts]) for name in ("points", "view"))
+        cluster = replace(parts[0], points=points, view=view)
+        height = self._table_height(cluster)
+        obstacle_points, obstacle = self._obstacles(cluster, numbers)
+        counts = np.bincount(cluster.view, minlength=len(self.views))
+        kept = np.flatnonzero(counts)
+        found: dict[str, Any] = {
+            "points": cluster.points,
+            "view": np.searchsorted(kept, cluster.view),
+            "table_height": height,
+            "notes": [*self.notes, self._chosen(parts)],
+            "transform": self.transform,
+        }
+        cameras = [self.views[i].camera for i in kept]
+        if all(camera is not None for camera in cameras):
+            found["camera_positions"] = np.array(cameras)
+            found |= self._background(cluster, [int(i) for i in kept], numbers)
+        if len(obstacle_points):
+            found |= {"obstacle_points": obstacle_points, "obstacle": obstacle}
+        return found
+
+    def observation(self, *numbers: int, name: str = "object", settings: ObservationSettings = DEFAULTS) -> Observation:
+        """A cluster, or several that are parts of one object, as its cloud, with all else near it as obstacles.
+
+        Raises `InputError` if there is no such cluster, or it cannot be the cloud of one graspable object.
+        """
+        arrays = self.arrays(*numbers)
+        del arrays["transform"]
+        return observe(**arrays, name=name, settings=settings)
+
+    def _chosen(self, parts: Sequence[Cluster]) -> str:
+        others = len(self.clusters) - len(parts)
+        numbers = " and ".join(str(part.number) for part in parts)
+        faults = "".join(f" Cluster {part.number} {part.fault}." for part in parts if part.fault)
+        return f"Took cluster {numbers} of the scene; {others} others are on or over the table.{faults}"
+
+    def _table_height(self, cluster: Cluster) -> float:
+        """The median height [m] of what was measured of the table around a cluster, else of its plane there."""
+        low, high = cluster.points[:, :2].min(axis=0) - TABLE_REACH, cluster.points[:, :2].max(axis=0) + TABLE_REACH
+        around = []
+        for view, above in zip(self.views, self.above, strict=True):
+            table = view.points[view.measured & ~above]
+            near = (table[:, :2] > low).all(axis=1) & (table[:, :2] < high).all(axis=1)
+            around.append(table[near & (np.abs(self.table.heights(table)) < TABLE_REACH / 10)][:, 2])
+        heights = np.concatenate(around)
+        n, middle = self.table.normal, cluster.centre
+        plane = (self.table.offset - n[:2] @ middle[:2]) / n[2]
+        measured = self.table.count and len(heights) >= TABLE_POINTS
+        return round(float(np.median(heights) if measured else plane), TABLE_DIGITS) + 0.0  # never -0
+
+    def _background(self, cluster: Cluster, kept: Sequence[int], own: Sequence[int]) -> dict[str, Any]:
+        """What the cameras measured around and behind a cluster, and the place of each among those that are kept."""
+        found = []
+        for i in kept:
+            view, mine = self.views[i], cluster.points[cluster.view == i]
+            others = view.points[view.measured & ~np.isin(self.labels[i], own)]
+            found.append(free_space.background(np.asarray(view.camera), mine, others))
+        return {
+            "background": np.concatenate(found),
+            "background_view": np.repeat(np.arange(len(kept)), [len(points) for points in found]),
+        }
+
+    def _obstacles(self, cluster: Cluster, own: Sequence[int]) -> tuple[Array, IntArray]:
+        """Points (M, 3) [m] above the table within `OBSTACLE_REACH` of a cluster's box, and their clusters (M,)."""
+        low, high = cluster.points.min(axis=0) - OBSTACLE_REACH, cluster.points.max(axis=0) + OBSTACLE_REACH
+        points, numbers = [], []
+        for view, labels, above in zip(self.views, self.labels, self.above, strict=True):
+            chosen = above & ~np.isin(labels, own)
+            points.append(view.points[chosen])
+            numbers.append(labels[chosen])
+        P, n = np.concatenate(points), np.concatenate(numbers)
+        within = ((low <= P) & (high >= P)).all(axis=1)
+        P, n = P[within], n[within]
+        kept = [_thinned(P[n == i]) for i in np.unique(n)]
+        if not kept:
+            return np.zeros((0, 3)), np.zeros(0, np.int64)
+        return np.concatenate(kept), np.repeat(np.unique(n), [len(part) for part in kept]).astype(np.int64)
+
+
+def _thinned(points: Array) -> Array:
+    """The means of the points (n, 3) in cells, no more than `OBSTACLE_POINTS`."""
+    means = cells(points, OBSTACLE_CELL)[0]
+    return means[grid_sample(means, OBSTACLE_POINTS)]
