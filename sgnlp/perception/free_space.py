@@ -90,6 +90,8 @@ class Sight:
     image: Image
     depth: Array  # (w, h) [m] up to which rays met nothing: 0 where nothing is known, infinite where nothing is
     beside: float  # [m] the same outside the image
+    hidden: float  # share of its points that lie far behind another in the same cell
+    through: float  # share of the other cameras' points that it would have seen through by its own points
 
     def free(self, X: Array, front: float = FRONT) -> BoolArray:
         """Whether it saw that nothing is at points (n, 3) [m], by `front` [m] before what it measured."""
@@ -112,19 +114,22 @@ def sight(position: Array, points: Array, others: Array | None = None, backgroun
     """
     image, spacing, grown = Image.around(position, points, 0.0 if background is None else AROUND)
     own = image.nearest(points)
+    hidden = _hidden_share(image, own, points)
+    silhouette = _closed(np.isfinite(own), SPACINGS * spacing)
+    alone = np.where(_grown(silhouette, grown), _filled(own), np.inf)
+    through = _through_share(image, alone, others)
     if background is not None:
         behind = _joined(image.nearest(background))
         proved = np.where(np.isfinite(behind), behind, 0.0)
         depth = np.where(_grown(np.isfinite(own), grown), np.minimum(_filled(own), behind), proved)
-        return Sight(image, _lowered(depth, spacing), 0.0)
-    silhouette = _closed(np.isfinite(own), SPACINGS * spacing)
-    depth = np.where(_grown(silhouette, grown), _filled(own), np.inf)
+        return Sight(image, _lowered(depth, spacing), 0.0, hidden, through)
+    depth = alone
     if others is not None:
         unseen = np.where(silhouette, np.inf, image.nearest(others))
         if np.isfinite(unseen).any():
             beyond = _grown(_closed(np.isfinite(unseen), SPACINGS * spacing), grown) & ~silhouette
             depth = np.where(beyond, np.minimum(depth, _filled(unseen)), depth)
-    return Sight(image, _lowered(depth, spacing), np.inf)
+    return Sight(image, _lowered(depth, spacing), np.inf, hidden, through)
 
 
 def background(position: Array, points: Array, others: Array) -> Array:
@@ -160,26 +165,30 @@ def sights(
     return tuple(found)
 
 
-def doubt(points: Array, view: IntArray, positions: Array) -> str:
-    """Why cameras cannot have stood at their positions (V, 3) when they saw points (n, 3), or ""."""
-    for number, position in enumerate(positions):
-        own, others = points[view == number], points[view != number]
-        if len(own) < FEW:
-            continue
-        seen = sight(position, own)
-        hidden = _hidden_share(seen.image, own)
-        if hidden > HIDDEN_SHARE:
-            return f"from where camera {number} is said to be, {hidden:.0%} of its points hide behind others"
-        share = float(seen.free(others).mean()) if len(others) >= FEW else 0.0
-        if share > CONTRADICTED_SHARE:
-            return f"camera {number} is said to be where it would have seen through {share:.0%} of the others' points"
+def doubt(sights: Sequence[Sight]) -> str:
+    """Why cameras cannot have stood where they are said to, or ""."""
+    for number, seen in enumerate(sights):
+        if seen.hidden > HIDDEN_SHARE:
+            return f"from where camera {number} is said to be, {seen.hidden:.0%} of its points hide behind others"
+        if seen.through > CONTRADICTED_SHARE:
+            return f"from where camera {number} is said to be, it saw through {seen.through:.0%} of the others' points"
     return ""
 
 
-def _hidden_share(image: Image, points: Array) -> float:
+def _hidden_share(image: Image, nearest: Array, points: Array) -> float:
     """Share of a camera's points (n, 3) that lie behind another in the same cell."""
     cell, ahead, _ = image.place(points)
-    return float((ahead > image.nearest(points)[cell[:, 0], cell[:, 1]] + HIDDEN).mean())
+    return float((ahead > nearest[cell[:, 0], cell[:, 1]] + HIDDEN).mean())
+
+
+def _through_share(image: Image, depth: Array, others: Array | None) -> float:
+    """Share of other cameras' points (k, 3) in front of depths (w, h) or beside the image."""
+    if others is None or len(others) < FEW:
+        return 0.0
+    cell, ahead, inside = image.place(others)
+    free = ahead > 0
+    free[inside] = ahead[inside] < depth[cell[inside, 0], cell[inside, 1]] - FRONT
+    return float(free.mean())
 
 
 def _looking(position: Array, middle: Array) -> tuple[Array, float]:
@@ -201,7 +210,8 @@ def _numbers(X: Array, position: Array, axes: Array, cells: float) -> tuple[IntA
 
 def _spacing(cell: IntArray) -> float:
     """Cells between neighbouring points, of those that are not in one cell."""
-    distinct = np.unique(cell, axis=0)
+    low = cell - cell.min(axis=0)
+    distinct = low[np.unique(low @ [int(low.max()) + 1, 1], return_index=True)[1]]
     if len(distinct) < 2:
         return 0.0
     return float(np.quantile(np.asarray(cKDTree(distinct).query(distinct, k=2)[0])[:, 1], SPACING_QUANTILE))

@@ -5,11 +5,14 @@ ones, and points of the table under the cloud, where it may stand on it. Inside 
 measured ones, and pairs along their normals, were measured to push the guessed side outward and to gain nothing.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.spatial import cKDTree
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.settings import FreeSpace
+from sgnlp.perception.free_space import Sight
 from sgnlp.perception.observation import Observation
 from sgnlp.perception.sampling import farthest_points
 from sgnlp.surface.hull import Hull, visual_hull
@@ -21,9 +24,9 @@ UNDER = 0.006
 """A table point is under the cloud within this [m], seen from above."""
 
 
-def carved_samples(observation: Observation, settings: FreeSpace, seed: int) -> Samples:
+def carved_samples(observation: Observation, seen_by: Sequence[Sight], settings: FreeSpace, seed: int) -> Samples:
     """Surface and table points, then the near and the far exterior ones."""
-    hull = visual_hull(observation, reach=settings.far_to + settings.near_from)
+    hull = visual_hull(observation, seen_by, reach=settings.far_to + settings.near_from)
     rng = np.random.default_rng(seed)
     points = observation.points
     surface = points[farthest_points(points, min(settings.surface_points, len(points)), seed)]

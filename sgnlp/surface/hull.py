@@ -1,12 +1,12 @@
 """The visual hull: all space above the table that no camera saw to be free. The object is somewhere in it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import ndimage
 
 from sgnlp.base.arrays import Array, BoolArray
-from sgnlp.base.errors import InputError
 from sgnlp.perception.free_space import Sight, free, sights
 from sgnlp.perception.observation import Observation
 
@@ -24,7 +24,6 @@ class Hull:
     free: BoolArray  # (n,)
     distance: Array  # (n,) [m] to the nearest cell of the hull, 0 within
     cell: float  # [m] edge of a cell
-    sights: tuple[Sight, ...]  # what each camera saw
 
     @property
     def base(self) -> Array:
@@ -34,15 +33,17 @@ class Hull:
         return under - [0.0, 0.0, self.cell / 2]
 
 
-def visual_hull(observation: Observation, reach: float) -> Hull:
-    """The hull of an observation, whose cameras are known, on a grid that ends `reach` [m] from the points' box.
-
-    Raises `InputError` if no camera is known.
-    """
+def cameras_of(observation: Observation) -> tuple[Sight, ...]:
+    """What each camera of an observation saw; nothing if they are not known."""
     o = observation
     if o.camera_positions is None:
-        raise InputError(f"'{o.name}' has no camera positions, so nothing is known to be free")
-    seen_by = sights(o.points, o.view, o.camera_positions, o.background, o.background_view)
+        return ()
+    return sights(o.points, o.view, o.camera_positions, o.background, o.background_view)
+
+
+def visual_hull(observation: Observation, seen_by: Sequence[Sight], reach: float) -> Hull:
+    """The hull of what cameras saw of an observation, on a grid that ends `reach` [m] from the points' box."""
+    o = observation
     low, high = o.points.min(axis=0) - reach, o.points.max(axis=0) + reach
     low[2] = o.table_height
     cell = max(CELL, float(np.cbrt(np.prod(high - low) / MAX_CELLS)))
@@ -51,4 +52,4 @@ def visual_hull(observation: Observation, reach: float) -> Hull:
     seen = free(seen_by, centres)
     grid = seen.reshape(shape)
     distance = cell * ndimage.distance_transform_edt(grid) if not grid.all() else np.full(shape, np.inf)
-    return Hull(centres, seen, np.ravel(distance), cell, seen_by)
+    return Hull(centres, seen, np.ravel(distance), cell)

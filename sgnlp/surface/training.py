@@ -10,6 +10,7 @@ from sgnlp.perception.free_space import doubt
 from sgnlp.perception.observation import Observation
 from sgnlp.surface.carving import carved_samples
 from sgnlp.surface.cube import cube, cube_samples
+from sgnlp.surface.hull import cameras_of
 from sgnlp.surface.kernel import Kernel
 from sgnlp.surface.kernels import named
 from sgnlp.surface.samples import Samples
@@ -50,8 +51,9 @@ def training_set(
     """
     kind = kernel or named(settings.kernel)
     centre, half = cube(observation, settings)
-    if carves(observation, free_space):
-        samples = carved_samples(observation, free_space, seed)
+    seen_by = cameras_of(observation) if free_space.used else ()
+    if seen_by and not doubt(seen_by):
+        samples = carved_samples(observation, seen_by, free_space, seed)
         prior, amplitude, scale = free_space.prior_mean, free_space.prior_mean, free_space.support_scale
         return _set(samples, kind, prior, amplitude, scale, centre, free_space.deviation_scale)
     prior = settings.prior_mean if kind.prior_mean_from_settings else half
@@ -60,8 +62,8 @@ def training_set(
 
 def carves(observation: Observation, free_space: FreeSpace) -> bool:
     """Whether free space is used, and the cameras are known and can have stood where they are said to."""
-    o = observation
-    return free_space.used and o.camera_positions is not None and not doubt(o.points, o.view, o.camera_positions)
+    seen_by = cameras_of(observation) if free_space.used else ()
+    return bool(seen_by) and not doubt(seen_by)
 
 
 def _set(

@@ -132,7 +132,7 @@ def test_a_camera_with_a_few_points_has_no_sight():
 def test_cameras_that_stood_elsewhere_are_doubted(turned):
     views = [ball_seen(eye) for eye in EYES]
     points, view = np.concatenate(views), np.repeat([0, 1], [len(v) for v in views])
-    assert doubt(points, view, EYES) == ""
+    assert doubt(sights(points, view, EYES)) == ""
     a = np.radians(turned)
     R = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
-    assert "camera 0" in doubt(points, view, np.stack([R @ EYES[0], EYES[1]]))
+    assert "camera 0" in doubt(sights(points, view, np.stack([R @ EYES[0], EYES[1]])))

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from views import BOX, EYES, MIDDLE, RADIUS, ball, box_seen, cup_seen
 
-from sgnlp.base.errors import InputError
 from sgnlp.base.settings import FreeSpace, GpisSettings
 from sgnlp.perception.observation import observe
 from sgnlp.surface.gpis import fit
-from sgnlp.surface.hull import visual_hull
+from sgnlp.surface.hull import cameras_of, visual_hull
 from sgnlp.surface.training import carves, training_set
 
 GPIS, FREE = GpisSettings(), FreeSpace(used=True)
@@ -26,17 +25,12 @@ def off(X):
 
 
 def test_the_hull_holds_the_ball_and_little_more():
-    hull = visual_hull(ball(), reach=0.05)
+    hull = visual_hull(ball(), cameras_of(ball()), reach=0.05)
     inside = off(hull.centres) < 0
     assert not hull.free[inside].any()
     assert 1.0 < (~hull.free).sum() / inside.sum() < 3.5
     assert (hull.distance[hull.free] <= off(hull.centres[hull.free]) + hull.cell).all()
     assert (hull.distance[~hull.free] == 0).all()
-
-
-def test_a_hull_needs_cameras():
-    with pytest.raises(InputError, match="no camera positions"):
-        visual_hull(replace(ball(), camera_positions=None), reach=0.05)
 
 
 def test_exterior_points_are_outside_and_their_values_within_the_true_distance():
@@ -118,5 +112,5 @@ def test_the_same_seed_gives_the_same_set():
 def test_a_background_that_returned_nothing_beside_the_object_carves_nothing_there():
     seen = ball(EYES[:1])
     silent = replace(seen, background=np.array([[5.0, 5.0, 5.0]]), background_view=np.array([0]))
-    carved_away, kept = (visual_hull(cloud, 0.05).free.mean() for cloud in (seen, silent))
+    carved_away, kept = (visual_hull(cloud, cameras_of(cloud), 0.05).free.mean() for cloud in (seen, silent))
     assert kept < 0.5 * carved_away

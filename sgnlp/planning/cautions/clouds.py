@@ -11,6 +11,7 @@ from sgnlp.perception.free_space import doubt
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.cautions.measures import body_shares, bulge, largest_plane, sample, seen_sides
 from sgnlp.planning.cautions.planned import Planned
+from sgnlp.surface.hull import cameras_of
 
 GAP, BODY_SHARE = 0.02, 0.03
 """Groups of points that are farther apart than this [m] and hold this share are bodies: occlusion parts the cloud of
@@ -142,9 +143,7 @@ def table_assumed(cloud: Observation, result: Planned) -> str:
 
 def cameras(cloud: Observation, result: Planned) -> str:
     """Cameras that cannot have stood where they are said to."""
-    if cloud.camera_positions is None:
-        return ""
-    why = doubt(cloud.points, cloud.view, cloud.camera_positions)
+    why = doubt(cameras_of(cloud))
     return f"The camera positions are wrong: {why}. What the cameras saw through is not used." if why else ""
 
 
