@@ -22,7 +22,6 @@ from sgnlp.planning.solution import Solution, torque_share
 from sgnlp.planning.solvers.ipopt import Ipopt
 from sgnlp.planning.solvers.solver import Solver
 from sgnlp.program.constraint import Check
-from sgnlp.surface.training import carves
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +71,7 @@ class Plan:
             "kinematics": kinematics_backend(),
             "formulation": self.problem.formulation.name,
             "kernel": self.problem.gpis.kernel.name,
-            "free_space": carves(observation, self.problem.settings.free_space),
+            "free_space": self.problem.gpis.free_space,
             "solver": self.solver.told(),
             "terms": [term.name for term in self.problem.terms],
             "constraints": [constraint.name for constraint in self.problem.constraints],

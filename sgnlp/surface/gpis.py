@@ -40,6 +40,7 @@ class Gpis:
         centre: of the ball in which every query is nearer than R to every training point (3,) [m].
         radius: of that ball [m].
         deviation_scale: s, by which σ is that of the process times s.
+        free_space: whether it was fitted to what cameras saw to be free, too.
     """
 
     kernel: Kernel
@@ -50,6 +51,7 @@ class Gpis:
     centre: Array
     radius: float
     deviation_scale: float = 1.0
+    free_space: bool = False
 
     def _radial(self, Z: Array) -> tuple[Array, tuple[Array, Array, Array, Array]]:
         """Differences z - x_n (3, Q, N) and the kernel's (k, Dk, D²k, D³k), each (Q, N)."""
@@ -155,4 +157,4 @@ def fit(training: TrainingSet) -> Gpis:
     for a in arrays:
         a.flags.writeable = False
     X, alpha, chol_inverse, centre = arrays
-    return Gpis(kernel, training.prior, X, alpha, chol_inverse, centre, radius, scale)
+    return Gpis(kernel, training.prior, X, alpha, chol_inverse, centre, radius, scale, training.free_space)

@@ -1,6 +1,6 @@
 """The training set of the implicit surface, and the prior that it conditions."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from scipy.spatial.distance import pdist
 
@@ -33,6 +33,7 @@ class TrainingSet:
     kernel: Kernel
     centre: Array
     deviation_scale: float = 1.0
+    free_space: bool = False  # whether it has points where cameras saw that nothing is
 
 
 def training_set(
@@ -55,23 +56,18 @@ def training_set(
     if seen_by and not doubt(seen_by):
         samples = carved_samples(observation, seen_by, free_space, seed)
         prior, amplitude, scale = free_space.prior_mean, free_space.prior_mean, free_space.support_scale
-        return _set(samples, kind, prior, amplitude, scale, centre, free_space.deviation_scale)
+        carved = _set(samples, kind, prior, amplitude, scale, centre)
+        return replace(carved, deviation_scale=free_space.deviation_scale, free_space=True)
     prior = settings.prior_mean if kind.prior_mean_from_settings else half
-    return _set(cube_samples(observation, settings, seed), kind, prior, half, settings.support_scale, centre, 1.0)
-
-
-def carves(observation: Observation, free_space: FreeSpace) -> bool:
-    """Whether free space is used, and the cameras are known and can have stood where they are said to."""
-    seen_by = cameras_of(observation) if free_space.used else ()
-    return bool(seen_by) and not doubt(seen_by)
+    return _set(cube_samples(observation, settings, seed), kind, prior, half, settings.support_scale, centre)
 
 
 def _set(
-    samples: Samples, kind: type[Kernel], prior: float, amplitude: float, scale: float, centre: Array, deviation: float
+    samples: Samples, kind: type[Kernel], prior: float, amplitude: float, scale: float, centre: Array
 ) -> TrainingSet:
     """Samples and a kernel whose R is `scale` times the largest distance between them."""
     kernel = kind(support_radius=scale * max_distance(samples.X), amplitude=amplitude)
-    return TrainingSet(samples.X, samples.y, samples.noise, prior, kernel, centre, deviation)
+    return TrainingSet(samples.X, samples.y, samples.noise, prior, kernel, centre)
 
 
 def max_distance(X: Array) -> float:

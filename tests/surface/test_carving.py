@@ -10,7 +10,8 @@ from sgnlp.base.settings import FreeSpace, GpisSettings
 from sgnlp.perception.observation import observe
 from sgnlp.surface.gpis import fit
 from sgnlp.surface.hull import cameras_of, visual_hull
-from sgnlp.surface.training import carves, training_set
+from sgnlp.surface.inside import centroid
+from sgnlp.surface.training import training_set
 
 GPIS, FREE = GpisSettings(), FreeSpace(used=True)
 
@@ -84,11 +85,11 @@ def test_a_cup_that_a_camera_looked_into_is_hollow():
 def test_without_cameras_or_with_wrong_ones_the_papers_set_is_fitted():
     for cameras in (None, EYES * [-1, -1, 1]):
         unknown = replace(ball(), camera_positions=cameras)
-        assert not carves(unknown, FREE)
         a, b = training_set(unknown, GPIS, 0, free_space=FREE), training_set(unknown, GPIS, 0)
         np.testing.assert_array_equal(a.X, b.X)
         np.testing.assert_array_equal(a.y, b.y)
-        assert (a.prior, a.kernel, a.deviation_scale) == (b.prior, b.kernel, 1.0)
+        assert (a.prior, a.kernel, a.deviation_scale, a.free_space) == (b.prior, b.kernel, 1.0, False)
+        assert carved(ball()).free_space
 
 
 def test_the_scale_of_the_deviation_is_that_of_kernel_and_noise_and_leaves_the_mean():
@@ -114,3 +115,11 @@ def test_a_background_that_returned_nothing_beside_the_object_carves_nothing_the
     silent = replace(seen, background=np.array([[5.0, 5.0, 5.0]]), background_view=np.array([0]))
     carved_away, kept = (visual_hull(cloud, cameras_of(cloud), 0.05).free.mean() for cloud in (seen, silent))
     assert kept < 0.5 * carved_away
+
+
+def test_the_centroid_is_that_of_the_ball_and_none_of_nothing():
+    gpis = fit(carved(ball()))
+    low, high = np.array([-0.06, -0.06, 0.0]), np.array([0.06, 0.06, 0.1])
+    np.testing.assert_allclose(centroid(gpis, low, high), MIDDLE, atol=4e-3)
+    np.testing.assert_allclose(centroid(gpis, low, high, cells=30000), centroid(gpis, low, high), atol=1e-3)
+    assert centroid(gpis, low + 0.2, high + 0.2) is None
