@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.base.presets import ROBUST
-from sgnlp.base.settings import Closing, GpisSettings, Settings
+from sgnlp.base.settings import Closing, GpisSettings, Settings, Weights
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation, observe
 from sgnlp.planning.problem import Problem, build_problem
@@ -34,10 +34,12 @@ SMALL = replace(
     ROBUST,
     gpis=GpisSettings(surface_points=60, interior_points=15),
     contact=replace(ROBUST.contact, mass=0.0, samples=4),
+    weights=replace(ROBUST.weights, uncer=Weights().uncer),
     closing=Closing(),
     limits=replace(ROBUST.limits, place_error=0.0, effort=0.0),
 )
-"""The robust settings with fewer points and samples, without weight, so that forces balance, of the pregrasp alone."""
+"""The robust settings with every term, fewer points and samples, without weight, so that forces balance, and of the
+pregrasp alone."""
 REACHING = replace(
     SMALL, closing=Closing(planned=True, c_freedom=0.2), limits=replace(SMALL.limits, effort=1.0, place_error=0.004)
 )

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 from zlib import crc32
 
-from sgnlp.base.settings import Settings
+from sgnlp.base.presets import UNSURE
+from sgnlp.base.settings import Settings, Weights
 from sgnlp.experiments.frames import Frame, Lines, Tables
 from sgnlp.experiments.studies import trials
 from sgnlp.experiments.studies.defaults import changed
@@ -30,11 +31,12 @@ STEPS: Mapping[str, Mapping[str, Any]] = {
     "hand at contact": AT_CONTACT,
     "torques within the effort": WITHIN,
     "gap of 8 mm": WITHIN | {"limits.place_error": 0.008},
-    "c of each finger": {},
-    "gap of 12 mm": {"limits.place_error": 0.012},
+    "c of each finger": {"limits.place_error": 0.008},
+    "gap of 20 mm": {},
+    "with E_uncer": {"weights.uncer": Weights().uncer, "smoothing.deviation": UNSURE.deviation},
     "links 4 mm clear": {"closing.margin": 0.004},
 }
-"""Each step's changes of the preset `robust`, which is "c of each finger"."""
+"""Each step's changes of the preset `robust`, which is "gap of 20 mm"."""
 
 
 def _step(name: str, settings: Settings) -> Settings:
