@@ -32,11 +32,11 @@ STEPS: Mapping[str, Mapping[str, Any]] = {
     "torques within the effort": WITHIN,
     "gap of 8 mm": WITHIN | {"limits.place_error": 0.008},
     "c of each finger": {"limits.place_error": 0.008},
-    "gap of 20 mm": {},
+    "gap of 16 mm": {},
     "with E_uncer": {"weights.uncer": Weights().uncer, "smoothing.deviation": UNSURE.deviation},
     "links 4 mm clear": {"closing.margin": 0.004},
 }
-"""Each step's changes of the preset `robust`, which is "gap of 20 mm"."""
+"""Each step's changes of the preset `robust`, which is "gap of 16 mm"."""
 
 
 def _step(name: str, settings: Settings) -> Settings:
