@@ -6,8 +6,8 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.base.presets import ROBUST
-from sgnlp.base.settings import Closing, GpisSettings, Settings, Weights
+from sgnlp.base.presets import ROBUST, preset
+from sgnlp.base.settings import Closing, GpisSettings, Settings
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation, observe
 from sgnlp.planning.problem import Problem, build_problem
@@ -31,10 +31,9 @@ Array = NDArray[np.float64]
 
 SEMI_AXES = np.array([0.035, 0.05, 0.04])  # [m]
 SMALL = replace(
-    ROBUST,
+    preset("robust+uncertainty"),
     gpis=GpisSettings(surface_points=60, interior_points=15),
     contact=replace(ROBUST.contact, mass=0.0, samples=4),
-    weights=replace(ROBUST.weights, uncer=Weights().uncer),
     closing=Closing(),
     limits=replace(ROBUST.limits, place_error=0.0, effort=0.0),
 )

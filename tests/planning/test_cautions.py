@@ -374,7 +374,7 @@ def test_a_runner_up_is_close_if_it_is_as_good_and_another_grasp(result, margin,
 def test_walls_that_noise_hides_are_told_and_thick_ones_are_not(result):
     assert clouds.wall_share(walls(0.004), 0.01) > 0.5
     assert clouds.wall_share(walls(0.03), 0.01) == 0
-    assert "walls thinner than 10 mm" in clouds.thin_walls(walls(0.004), result)
+    assert "walls thinner than 5 mm" in clouds.thin_walls(walls(0.004), result)
     assert not clouds.thin_walls(walls(0.03), result)
 
 

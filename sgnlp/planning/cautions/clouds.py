@@ -3,6 +3,8 @@
 One body on a table gives none.
 """
 
+from typing import Any
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -120,9 +122,7 @@ def rounded(cloud: Observation, result: Planned) -> str:
 
 def few_points(cloud: Observation, result: Planned) -> str:
     """Fewer points than the surface is fitted to."""
-    meta = result.grasps.meta
-    of = meta["settings"]["free_space" if meta.get("free_space") else "gpis"]
-    count, wanted = len(cloud.points), int(of["surface_points"])
+    count, wanted = len(cloud.points), int(_fitted(result)["surface_points"])
     few = f"The cloud has {count} points, fewer than the {wanted} that a surface is fitted to."
     return few if count < wanted else ""
 
@@ -149,10 +149,17 @@ def cameras(cloud: Observation, result: Planned) -> str:
 
 def thin_walls(cloud: Observation, result: Planned) -> str:
     """Two sides of a wall are nearer than their noise lets them be told apart."""
-    thickness = WALL_NOISES * float(result.grasps.meta["settings"]["gpis"]["surface_noise"])
+    thickness = WALL_NOISES * float(_fitted(result)["surface_noise"])
     share = wall_share(cloud, thickness)
     thin = f"{share:.0%} of the points lie on walls thinner than {1e3 * thickness:.0f} mm, twice the noise of a point"
-    return f"{thin}: the fitted surface fills such walls and what they enclose." if share >= WALL_SHARE else ""
+    return f"{thin}: the fitted surface cannot part their two sides." if share >= WALL_SHARE else ""
+
+
+def _fitted(result: Planned) -> dict[str, Any]:
+    """The settings of the set that the surface was fitted to."""
+    meta = result.grasps.meta
+    found: dict[str, Any] = meta["settings"]["free_space" if meta.get("free_space") else "gpis"]
+    return found
 
 
 def wall_share(cloud: Observation, thickness: float) -> float:
