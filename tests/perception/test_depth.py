@@ -64,7 +64,11 @@ def test_two_images_are_two_views_and_the_table_is_measured_around_the_object():
     np.testing.assert_allclose(observation.camera_positions, [[0.4, -0.2, 0.7], [-0.4, 0.1, 0.8]])
     assert observation.notes[0].startswith("Measured the table at 0.3000 m, the median height of ")
     assert from_depth(lifted, table_height=0.29).table_height == 0.29
-    assert len(arrays(lifted)["points"]) == FRONT.mask.sum() + BACK.mask.sum()
+    found = arrays(lifted)
+    assert len(found["points"]) == FRONT.mask.sum() + BACK.mask.sum()
+    assert np.unique(found["background_view"]).tolist() == [0, 1]
+    np.testing.assert_allclose(found["background"][:, 2], 0.3, atol=1e-9)  # the table beside the box
+    np.testing.assert_array_equal(observation.background, found["background"])
 
 
 def test_without_pixels_around_the_object_the_table_is_left_to_the_cloud():

@@ -224,6 +224,10 @@ def test_an_observation_has_the_table_the_camera_and_all_else_near_it_as_obstacl
     low, high = cluster.points.min(axis=0) - 0.3, cluster.points.max(axis=0) + 0.3
     assert ((observation.obstacle_points > low) & (observation.obstacle_points < high)).all()
     assert observation.obstacle_points[:, 2].min() > 0.003  # no table
+    assert (observation.background_view == 0).all()
+    assert np.abs(observation.background[:, 2]).min() < 1e-3  # but here
+    apart = np.linalg.norm(observation.background[::50, None] - cluster.points[None], axis=2).min(axis=1)
+    assert apart.min() > 1e-6  # nothing of the object itself
     assert np.abs(np.asarray(scene.nearest(cluster.centre).number) - 2) == 0
 
 

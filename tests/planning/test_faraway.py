@@ -49,9 +49,11 @@ def test_the_planning_frame_is_at_whole_metres_and_the_world_s_own_near_it():
         camera_positions=UTM[None] + 0.5,
         mesh_vertices=UTM[None] + np.eye(3),
         obstacle_points=UTM[None] + 0.25,
+        background=UTM[None] + 0.75,
     )
     moved = moved_cloud(whole, -UTM)
     assert moved.table_height == pytest.approx(observe(ellipsoid()).table_height, abs=1e-9)
     np.testing.assert_array_equal(moved.camera_positions, [[0.5, 0.5, 0.5]])
     np.testing.assert_array_equal(moved.mesh_vertices, np.eye(3))
+    np.testing.assert_array_equal(moved.background, [[0.75, 0.75, 0.75]])
     np.testing.assert_array_equal(moved.obstacle_points, [[0.25, 0.25, 0.25]])

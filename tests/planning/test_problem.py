@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scenes import SMALL, block, hand, observation, posed, unbuilt, with_settings
+from views import EYES, MIDDLE, ball
 
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Limits, Weights
@@ -40,6 +41,17 @@ def test_box_and_centre_of_mass_are_those_of_the_cloud(problem):
     np.testing.assert_array_equal(problem.box[0], observation().points.min(axis=0))
     np.testing.assert_array_equal(problem.box[1], observation().points.max(axis=0))
     np.testing.assert_allclose(problem.com, problem.box.mean(axis=0))
+
+
+def test_with_free_space_the_centre_of_mass_is_that_of_the_surface():
+    one = ball(EYES[:1])
+    known = build_problem(one, hand(), SMALL)
+    unknown = build_problem(replace(one, camera_positions=None), hand(), SMALL)
+    off, middle_off = (np.linalg.norm(posed.com - MIDDLE) for posed in (known, unknown))
+    assert off < 0.5 * middle_off
+    np.testing.assert_allclose(unknown.com, unknown.box.mean(axis=0))
+    assert known.gpis.free_space
+    assert not unknown.gpis.free_space
 
 
 def test_the_bounds_of_the_variables_are_the_joint_limits_the_gains_and_a_cube_in_the_models_ball(problem, nlp):
