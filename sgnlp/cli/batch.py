@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, field
 from functools import partial
+from math import isnan
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -134,13 +135,16 @@ def _holder(file: Path) -> str:
 
 
 def _show(console: Console, rows: Sequence[Row], seconds: float, least: float) -> None:
+    told = not all(isnan(row.confidence) for row in rows)
     lines = [
         {
             "object": row.name,
             "feasible": "yes" if row.feasible else "no",
             "starts": f"{row.feasible_starts}/{row.starts}",
             "margin": f"{row.margin:.3f}",
-            "confidence": f"{row.confidence:.2f}",
+        }
+        | ({"confidence": f"{row.confidence:.2f}"} if told else {})
+        | {
             "energy": f"{row.energy:.1f}",
             "time [s]": f"{row.seconds:.2f}",
             "why not": row.failure,

@@ -206,3 +206,11 @@ def test_what_cannot_be_told_of_some_rows_is_left_out(rows):
     assert next(iter(tables)) == "Grasps"
     assert "Reliability on the held-out half" not in tables
     assert len(STUDY.panels(frame(rows))) == 1
+
+
+def test_the_page_of_the_confidence_names_every_feature_with_its_unit():
+    page = (Path(__file__).parents[2] / "docs" / "pages" / "results" / "confidence.md").read_text(encoding="utf-8")
+    lines = [line for line in page.splitlines() if line.startswith("| `")]
+    for feature in MODEL.features:
+        (line,) = (line for line in lines if f"`{feature.name}`" in line)
+        assert float(line.split("|")[2].split()[0]) == feature.unit
