@@ -92,9 +92,9 @@ def _show(console: Console, plan: Plan, summary: dict[str, Any], files: list[Pat
         console.print(line, soft_wrap=True)
     lacks.tell(console)
     compiling.offer(console, plan.problem.hand, asked)
-    console.print(tables.headline(plan))
     if plan.best:
         console.print(confidence.words(plan.best.confidence), soft_wrap=True)
+    console.print(tables.headline(plan))
     console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)
 
 
