@@ -38,7 +38,7 @@ OTHERS = {
 ROOT = Path(__file__).parents[1]
 EXIT_CODES = {
     0: "a feasible grasp was found, or the command did what it was asked",
-    1: "no start ended in a feasible grasp",
+    1: "no start ended in a feasible grasp, or its confidence is less than was asked for",
     2: "the flags are wrong",
     3: "a file, a name or a value is wrong",
     4: "the machine gave out: a full disk, or no more memory, processes or open files; no file is half-written",

@@ -11,7 +11,8 @@ from sgnlp.planning.solve import solve
 
 SMALL_FLAGS = ["--gpis.surface-points", "60", "--gpis.interior-points", "15", "--gpis.exterior-noise", "0.2"]
 SMALL_FLAGS += ["--closing.no-planned", "--closing.c-freedom", "0", "--limits.place-error", "0", "--limits.effort", "0"]
-SMALL_FLAGS += ["--contact.mass", "0", "--contact.samples", "4"]
+SMALL_FLAGS += ["--contact.mass", "0", "--contact.samples", "4", "--closing.margin", "0.002"]
+SMALL_FLAGS += ["--weights.uncer", "20", "--smoothing.deviation", "0.008"]
 
 
 @lru_cache

@@ -279,5 +279,6 @@ class Settings(Checked):
     solver: Solver = field(default_factory=Solver)
     spheres: Literal["cover", "paper"] = "cover"
     """collision spheres: cover the meshes of every link, or the paper's 16"""
-    rank_by: Literal["margin", "margin_initial", "energy", "stiffness"] = "margin"
-    """key of the ranking among feasible grasps: worst margin, that at first contact, exact energy or stiffness ρ"""
+    rank_by: Literal["margin", "margin_initial", "energy", "stiffness", "confidence"] = "margin"
+    """key of the ranking among feasible grasps: worst margin, that at first contact, exact energy, stiffness ρ, or
+    confidence that it holds"""

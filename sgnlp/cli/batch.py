@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, field
 from functools import partial
+from math import isnan
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -18,11 +19,12 @@ from sgnlp.base.checked import POSITIVE
 from sgnlp.base.errors import InputError, MachineError, SolverError
 from sgnlp.base.exclusive import alone
 from sgnlp.cli import codes, compiling, lacks
-from sgnlp.cli.flags import ROWS, Extending, Observing, Tabling, made
+from sgnlp.cli.flags import ROWS, Abstaining, Extending, Observing, Tabling, made
 from sgnlp.cli.progress import Bar, bars
 from sgnlp.hand.hand import Hand, available_hands, load_hand
 from sgnlp.planning import results
 from sgnlp.planning.batch import Row, Task, batch
+from sgnlp.planning.confidence import refusal
 from sgnlp.planning.workers import Workers
 from sgnlp.show import tables
 
@@ -30,7 +32,7 @@ MADE = "made.json"
 
 
 @dataclass(kw_only=True)
-class Batch(Extending, Tabling, Observing):
+class Batch(Abstaining, Extending, Tabling, Observing):
     """Plan grasps for many clouds, each into its own folder; run it again to continue where it ended."""
 
     files: tyro.conf.Positional[tuple[Path, ...]]
@@ -63,9 +65,11 @@ class Batch(Extending, Tabling, Observing):
                 made = results.resumed(out / MADE, made)
             results.write_text(out / MADE, results.json_text(made))
             rows = self._rows(console, files, out, hand, workers)
-        _show(console, list(rows.values()), time.perf_counter() - begin)
+        least = self.min_confidence
+        _show(console, list(rows.values()), time.perf_counter() - begin, least)
         console.print(f"written: {', '.join(str(out / name) for name in (*self.tables, MADE))}", soft_wrap=True)
-        return codes.FEASIBLE if all(row.feasible for row in rows.values()) else codes.NONE_FEASIBLE
+        accepted = (row.feasible and not refusal(row.confidence, least) for row in rows.values())
+        return codes.FEASIBLE if all(accepted) else codes.NONE_FEASIBLE
 
     def _rows(
         self, console: Console, files: Sequence[Path], out: Path, hand: Hand, workers: Workers
@@ -130,13 +134,17 @@ def _holder(file: Path) -> str:
         return "which begins"
 
 
-def _show(console: Console, rows: Sequence[Row], seconds: float) -> None:
+def _show(console: Console, rows: Sequence[Row], seconds: float, least: float) -> None:
+    told = not all(isnan(row.confidence) for row in rows)
     lines = [
         {
             "object": row.name,
             "feasible": "yes" if row.feasible else "no",
             "starts": f"{row.feasible_starts}/{row.starts}",
             "margin": f"{row.margin:.3f}",
+        }
+        | ({"confidence": f"{row.confidence:.2f}"} if told else {})
+        | {
             "energy": f"{row.energy:.1f}",
             "time [s]": f"{row.seconds:.2f}",
             "why not": row.failure,
@@ -148,3 +156,6 @@ def _show(console: Console, rows: Sequence[Row], seconds: float) -> None:
     console.print()
     there = f", {reused} solved before" if reused else ""
     console.print(f"{feasible} of {len(rows)} objects have a feasible grasp{there}, in {seconds:.1f} s")
+    if refused := [row.name for row in rows if row.feasible and refusal(row.confidence, least)]:
+        said = f"do not carry these out, whose confidence is below --min-confidence {least:g} or unknown"
+        console.print(f"abstained: {said}: {', '.join(refused)}", soft_wrap=True)

@@ -3,7 +3,7 @@
 FEASIBLE = 0
 """A feasible grasp was found, or the command did what it was asked."""
 NONE_FEASIBLE = 1
-"""No start ended in a feasible grasp."""
+"""No start ended in a feasible grasp, or the confidence of the first choice is less than was asked for."""
 USAGE = 2
 """The flags are wrong."""
 BAD_INPUT = 3

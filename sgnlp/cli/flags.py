@@ -62,6 +62,14 @@ class Extending:
 
 
 @dataclass(kw_only=True)
+class Abstaining:
+    """When a plan is not to be carried out."""
+
+    min_confidence: Annotated[float, (0.0, 1.0)] = 0.0
+    """abstain, with exit code 1, where the first choice's confidence is below this or unknown; 0: never"""
+
+
+@dataclass(kw_only=True)
 class Starting(Planning):
     """The same, and the starts."""
 

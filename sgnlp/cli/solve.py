@@ -11,11 +11,11 @@ from rich.console import Console
 from rich.text import Text
 
 from sgnlp.cli import codes, compiling, lacks
-from sgnlp.cli.flags import Extending, Observing
+from sgnlp.cli.flags import Abstaining, Extending, Observing
 from sgnlp.cli.progress import bars
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import load
-from sgnlp.planning import results
+from sgnlp.planning import confidence, results
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.solve import solve
 from sgnlp.show import tables
@@ -23,7 +23,7 @@ from sgnlp.show.png import drawable
 
 
 @dataclass(kw_only=True)
-class Solve(Extending, Observing):
+class Solve(Abstaining, Extending, Observing):
     """Plan compliant pregrasps for a point cloud (.npz, .ply, .pcd, .xyz)."""
 
     file: tyro.conf.Positional[Path]
@@ -73,7 +73,11 @@ class Solve(Extending, Observing):
             for caution in outcome["cautions"]:
                 console.print(Text.assemble(("caution:", "yellow"), f" {caution}"), soft_wrap=True)
             console.print("\n".join(_next(plan, folder)), style="dim", soft_wrap=True)
-        return codes.FEASIBLE if plan.best else codes.NONE_FEASIBLE
+        refusal = confidence.refusal(plan.best.confidence, self.min_confidence) if plan.best else ""
+        if show and refusal:
+            said = f"do not carry the first choice out: {refusal} (--min-confidence {self.min_confidence:g})"
+            console.print(Text.assemble(("abstained:", "red"), f" {said}"), soft_wrap=True)
+        return codes.FEASIBLE if plan.best and not refusal else codes.NONE_FEASIBLE
 
 
 def _show(console: Console, plan: Plan, summary: dict[str, Any], files: list[Path], asked: Solve) -> None:
@@ -88,6 +92,8 @@ def _show(console: Console, plan: Plan, summary: dict[str, Any], files: list[Pat
         console.print(line, soft_wrap=True)
     lacks.tell(console)
     compiling.offer(console, plan.problem.hand, asked)
+    if plan.best:
+        console.print(confidence.words(plan.best.confidence), soft_wrap=True)
     console.print(tables.headline(plan))
     console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)
 

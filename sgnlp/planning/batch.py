@@ -50,7 +50,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Row:
-    """One object of a batch. `margin` and `energy` are those of the best solution, nan if there is none."""
+    """One object of a batch. `margin`, `confidence` and `energy` are those of the best solution, else nan."""
 
     name: str
     file: str
@@ -58,6 +58,7 @@ class Row:
     starts: int = 0
     feasible_starts: int = 0
     margin: float = math.nan
+    confidence: float = math.nan
     energy: float = math.nan
     seconds: float = math.nan
     reused: bool = False
@@ -153,6 +154,7 @@ def _row(file: Path, grasps: Grasps, *, reused: bool = False, failure: str = "")
         feasible=bool(grasps.feasible[0]),
         feasible_starts=int(grasps.feasible.sum()),
         margin=float(min(grasps.margins_initial[0].min(), grasps.margins_equilibrium[0].min())),
+        confidence=float(grasps.confidence[0]),
         energy=float(grasps.energy[0]),
         failure="" if grasps.feasible[0] else f"violated: {grasps.violated[0]}",
     )

@@ -56,6 +56,7 @@ class Grasps:
     energy_terms: Array  # (G, T), exact and unweighted
     term_names: NDArray[np.str_]  # (T,)
     feasible: NDArray[np.bool_]  # (G,)
+    confidence: Array  # (G,), probability that the grasp holds at the load of the plan; NaN: unknown
     violated: NDArray[np.str_]  # (G,), names of the failed checks, separated by "; "
     kkt: Array  # (G, 3) dual, primal and complementarity residuals of the scaled problem
     status: NDArray[np.str_]  # (G,), the solver's word
@@ -73,6 +74,25 @@ class Grasps:
         return Posture(**{name: getattr(self, name)[rank] for name in names})
 
 
+OF_SOLUTIONS = (
+    "wrist",
+    "joints",
+    "joints_contact",
+    "joints_squeeze",
+    "contact_points",
+    "c",
+    "translation_eq",
+    "margins_initial",
+    "margins_equilibrium",
+    "energy",
+    "energy_terms",
+    "feasible",
+    "confidence",
+    "status",
+    "iterations",
+    "start",
+)
+"""Fields that a solution has by the same name."""
 PER_HAND = ("joint_names", "finger_names", "term_names")
 """Fields that are not per grasp."""
 
@@ -115,28 +135,19 @@ def _no_rows(hand: Hand, T: int) -> dict[str, Any]:
 
 def _row(s: Solution) -> dict[str, Any]:
     g = s.grasp
-    return {
-        "wrist": s.wrist,
-        "joints": s.joints,
-        "joints_contact": s.joints_contact,
-        "joints_squeeze": s.joints_squeeze,
+    return {name: getattr(s, name) for name in OF_SOLUTIONS} | {
         "tips_pregrasp": g.tips,
         "contacts": g.contacts,
-        "contact_points": s.contact_points,
         "targets": g.targets,
         "gains": g.gains,
-        "c": s.c,
         "normals": g.normals,
         "rotation_eq": g.rotation,
-        "translation_eq": s.translation_eq,
         "contacts_eq": g.contacts_eq,
         "forces_initial": g.forces,
         "forces_eq": g.forces_eq,
         "torques_initial": g.torques,
         "torques_eq": g.torques_eq,
         "stiffness": g.stiffness,
-        "margins_initial": s.margins_initial,
-        "margins_equilibrium": s.margins_equilibrium,
         "contact_distance": g.gaps,
         "contact_deviation": g.contact_deviations,
         "object_clearance": g.object_clearances,
@@ -144,13 +155,7 @@ def _row(s: Solution) -> dict[str, Any]:
         "table_clearance": g.table_clearances,
         "pad_height": g.pad_heights,
         "object_clearance_contact": s.clearances_contact,
-        "energy": s.energy,
-        "energy_terms": s.energy_terms,
-        "feasible": s.feasible,
         "violated": "; ".join(s.violated),
         "kkt": [s.kkt.dual, s.kkt.primal, s.kkt.complementarity],
-        "status": s.status,
-        "iterations": s.iterations,
         "solve_seconds": s.seconds,
-        "start": s.start,
     }

@@ -125,6 +125,7 @@ def _start(s: Solution, rank: int) -> dict[str, Any]:
         "feasible": s.feasible,
         "violated": list(s.violated),
         "worst_margin": s.worst_margin,
+        "confidence": _known(s.confidence),
         "energy": s.energy,
         "stiffness": float(s.grasp.stiffness),
         "kkt": asdict(s.kkt),
@@ -133,6 +134,11 @@ def _start(s: Solution, rank: int) -> dict[str, Any]:
         "iterations": s.iterations,
         "seconds": s.seconds,
     }
+
+
+def _known(value: float) -> float | None:
+    """A number, or nothing where it is unknown: JSON has no NaN."""
+    return value if isfinite(value) else None
 
 
 def _check(check: Check) -> dict[str, Any]:
@@ -167,6 +173,7 @@ def _grasp(s: Solution, plan: Plan) -> dict[str, Any]:
         "joints_squeeze": dict(zip(hand.joint_names, s.joints_squeeze.tolist(), strict=True)),
         "closing": asdict(plan.problem.settings.closing),
         "fingers": fingers,
+        "confidence": _known(s.confidence),
         "energy": s.energy,
         "energy_terms": {
             term.name: {"weight": float(w), "value": float(e), "share": float(w * e)}

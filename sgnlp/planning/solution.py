@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from math import inf, isnan, nan
 
 import numpy as np
 import pinocchio as pin
@@ -61,6 +62,7 @@ class Solution:
     violations: tuple[Violation, ...]  # rows of the solver's last program that are not met, worst first
     hand: Hand | None = None  # that of the plan
     closing: Closing = field(default_factory=Closing)  # how it is to be carried out
+    confidence: float = nan  # probability that it holds at the load of the plan; NaN: unknown
 
     @property
     def feasible(self) -> bool:
@@ -177,11 +179,15 @@ def torque_share(g: Grasp, metric: str) -> float:
 
 
 def rank(solutions: list[Solution], key: str) -> list[Solution]:
-    """Feasible first, then best first by `key`, one of `Settings.rank_by`; ties by start."""
+    """Feasible first, then best first by `key`, one of `Settings.rank_by`; ties by start.
+
+    Where confidences are unknown or the same, the margin ranks.
+    """
     value = {
         "margin": lambda s: -s.worst_margin,
         "margin_initial": lambda s: -s.margins_initial.min(),
         "energy": lambda s: s.energy,
         "stiffness": lambda s: -s.grasp.stiffness,
+        "confidence": lambda s: (inf if isnan(s.confidence) else -s.confidence, -s.worst_margin),
     }[key]
     return sorted(solutions, key=lambda s: (not s.feasible, value(s), s.start))

@@ -11,6 +11,7 @@ from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.additions import Additions
+from sgnlp.planning.confidence import with_confidence
 from sgnlp.planning.extension import Extension
 from sgnlp.planning.faraway import moved_cloud, moved_problem, moved_solution, origin
 from sgnlp.planning.plan import Plan
@@ -83,11 +84,12 @@ def solve(
     fitted = time.perf_counter()
     results = []
     with closing(solve_all(problem, starts(problem, count, seed), jobs, timeout, chosen)) as ended:
-        for found in ended:
-            result = replace(found, hand=problem.hand) if isinstance(found, Solution) else found
+        for outcome in ended:
+            result = replace(outcome, hand=problem.hand) if isinstance(outcome, Solution) else outcome
             progress(result)
             results.append(result)
-    solutions = rank([r for r in results if isinstance(r, Solution)], settings.rank_by)
+    found = with_confidence([r for r in results if isinstance(r, Solution)], near, settings)
+    solutions = rank(found, settings.rank_by)
     if far:
         problem, solutions = moved_problem(problem, middle), [moved_solution(s, middle) for s in solutions]
     failures = sorted((r for r in results if isinstance(r, Failure)), key=lambda f: f.start)

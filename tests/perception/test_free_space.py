@@ -136,3 +136,10 @@ def test_cameras_that_stood_elsewhere_are_doubted(turned):
     a = np.radians(turned)
     R = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
     assert "camera 0" in doubt(sights(points, view, np.stack([R @ EYES[0], EYES[1]])))
+
+
+def test_a_camera_on_the_far_side_is_doubted_by_its_own_points():
+    points = ball_seen(EYE)
+    alone = np.zeros(len(points), int)
+    assert doubt(sights(points, alone, EYE[None])) == ""
+    assert "hide behind others" in doubt(sights(points, alone, 2 * MIDDLE[None] - EYE))

@@ -25,7 +25,7 @@ from sgnlp.perception.observation import ObservationSettings, Reading
 from sgnlp.planning import reopen, results
 from sgnlp.planning.cautions.plans import alike
 from sgnlp.show import sheets
-from sgnlp.show.report.content import distinct
+from sgnlp.show.report.content import best, distinct
 from sgnlp.show.report.figures import convergence
 
 SMALL = ("--gpis.surface-points", "60", "--gpis.interior-points", "15", "--contact.mass", "0", "--contact.samples", "4")
@@ -87,6 +87,14 @@ def test_the_numbers_are_those_of_the_summary(folder):
     for row in shown["Margins and checks"][1:]:
         value = summary["best"]["checks"][row[0]]["value"]
         assert float(row[2]) == pytest.approx(value if abs(value) >= sheets.NOTHING else 0.0, rel=5e-3)
+
+
+def test_the_confidence_of_the_best_grasp_is_told_or_that_it_is_unknown(folder, result):
+    told = result.grasps.confidence[0]
+    assert f"Confidence {told:.2f}: of 100 such grasps, about" in (folder / "report.md").read_text(encoding="utf-8")
+    grasps = replace(result.grasps, confidence=np.full(len(result.grasps), np.nan))
+    unknown = reopen.Reopened(grasps, result.hand, result.cloud, result.problem)
+    assert best(unknown).sentences[0].startswith("Confidence unknown: only a feasible grasp")
 
 
 def test_the_pictures_of_the_text_are_beside_it_and_different_grasps(folder, result):

@@ -3,6 +3,7 @@
 from sgnlp.experiments.studies import (
     calibration,
     comparison,
+    confidence,
     contact,
     convergence,
     defaults,
@@ -17,6 +18,7 @@ from sgnlp.experiments.studies.study import Study
 STUDIES: dict[str, Study] = {
     "calibration": calibration.STUDY,
     "comparison": comparison.STUDY,
+    "confidence": confidence.STUDY,
     "contact": contact.STUDY,
     "convergence": convergence.STUDY,
     "defaults": defaults.STUDY,

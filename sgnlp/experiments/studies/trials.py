@@ -170,9 +170,9 @@ def feasible(plan: Plan) -> int:
     return sum(solution.feasible for solution in plan.solutions)
 
 
-def carried_out(plan: Plan, load_settings: SimulationSettings) -> Outcome:
-    """What the plan's first choice does to the true object."""
-    return execute(command(plan.arrays()), true_body(plan.observation), plan.problem.hand, load_settings)
+def carried_out(plan: Plan, load_settings: SimulationSettings, rank: int = 0) -> Outcome:
+    """What the plan's first choice, or the grasp of another rank, does to the true object."""
+    return execute(command(plan.arrays(), rank), true_body(plan.observation), plan.problem.hand, load_settings)
 
 
 def measured(outcome: Outcome) -> dict[str, Any]:

@@ -147,6 +147,7 @@ def close_runner_up(result: Planned) -> str:
     g, key = result.grasps, str(result.grasps.meta["settings"]["rank_by"])
     first = np.minimum(g.margins_initial.min(axis=1), g.margins_equilibrium.min(axis=1))
     values = {"margin": first, "margin_initial": g.margins_initial.min(axis=1), "energy": g.energy}
+    values["confidence"] = g.confidence
     value = values.get(key, g.stiffness)
     within = CLOSE if key.startswith("margin") else CLOSE * abs(float(value[0]))
     others = [rank for rank, same in enumerate(alike(g.contacts)) if same == rank and rank and g.feasible[rank]]

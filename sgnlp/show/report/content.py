@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from sgnlp.planning.approach import approaches
 from sgnlp.planning.cautions import cautions, remarks
 from sgnlp.planning.cautions.plans import alike
+from sgnlp.planning.confidence import words
 from sgnlp.planning.reopen import Reopened
 from sgnlp.show import plots, png
 from sgnlp.show.plots import Panel
@@ -113,9 +114,10 @@ def best(result: Reopened) -> Section:
         "coloured by its deviation, and for each finger, in its colour, the contact with its normal and friction cone "
         "and the spring from the pad to its target."
     )
+    trust = f"{words(float(g.confidence[0])).capitalize()}."
     return Section(
         "The best grasps",
-        (said,),
+        (trust, said),
         sheets=(fingers(g, 0),),
         figures=tuple(_pictured(shown, rank, result) for rank in distinct(result)),
     )

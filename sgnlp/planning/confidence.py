@@ -1,0 +1,126 @@
+"""The probability that a grasp holds at the load its plan counts on, by a logistic model of what the plan knows.
+
+    p = 1/(1 + exp(-(b + Σ_j w_j φ_j))),   φ_j = clip(x_j, l_j, h_j)/u_j
+
+x_j is a feature of the plan, u_j its unit, and l_j to h_j the range of the trials that the weights w_j were fitted to:
+nothing is extrapolated. Held means the full score in simulation with the plan's own mass and friction.
+
+The numbers of `MODEL` are those of the table "Coefficients" that `sgnlp study confidence problems/*.npz` makes of the
+rows in `results/confidence`, where these are there: a fit with a ridge on the tuning half, judged on the other.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import inf, isnan, nan
+
+import numpy as np
+from scipy.spatial import cKDTree
+from scipy.special import expit
+
+from sgnlp.base.arrays import Array
+from sgnlp.base.settings import Settings
+from sgnlp.perception.observation import Observation
+from sgnlp.planning.solution import Solution, torque_share
+from sgnlp.surface.training import carves
+
+UNKNOWN = (
+    "confidence unknown: only a feasible grasp by springs has one, where the hand at contact is planned "
+    "(--closing.planned) and the surface is fitted with free space (--free-space.used, with the cameras known)"
+)
+
+
+@dataclass(frozen=True)
+class Feature:
+    """What a plan knows of a grasp: `unit` is that of the weight, `low` to `high` the range seen in the trials."""
+
+    name: str
+    about: str
+    unit: float
+    weight: float = 0.0
+    low: float = -inf
+    high: float = inf
+
+
+@dataclass(frozen=True)
+class Model:
+    """An intercept b and F features with their weights."""
+
+    intercept: float
+    features: tuple[Feature, ...]
+
+    def scaled(self, values: Array) -> Array:
+        """φ (G, F) of the values x (G, F) of G grasps."""
+        low, high, unit = np.array([(f.low, f.high, f.unit) for f in self.features]).T
+        return np.asarray(np.clip(values, low, high) / unit)
+
+    def probability(self, values: Array) -> Array:
+        """p (G,) of the values x (G, F) of G grasps; NaN where a value is."""
+        return np.asarray(expit(self.intercept + self.scaled(values) @ [f.weight for f in self.features]))
+
+
+MODEL = Model(
+    intercept=0.8198,
+    features=(
+        Feature("margin", "worst contact margin", 0.05, 0.007456, 0.05001, 0.1351),
+        Feature("margin_mean", "mean contact margin over fingers and states", 0.05, 0.001799, 0.1194, 0.1398),
+        Feature("deviation_mm", "mean σ_d at the contacts", 1.0, -0.008867, 1.73, 4.802),
+        Feature("deviation_max_mm", "largest σ_d at a contact", 1.0, -0.03447, 1.887, 12.45),
+        Feature("link_mm", "least clearance of a link from the object at first contact", 5.0, 0.0, 8.0, 8.0),
+        Feature("torque_reserve", "1 less the largest joint torque over the effort", 0.1, -0.004312, 0.0, 0.1235),
+        Feature("way_mm", "least clearance of a link on the way to first contact", 5.0, 0.004434, 8.353, 12.42),
+        Feature("unseen_mm", "largest distance of a contact from a measured point", 10.0, -0.01116, 7.643, 42.82),
+        Feature("shift_mm", "largest motion of a contact to the equilibrium", 5.0, -0.001219, 3.44, 9.999),
+        Feature("log_stiffness", "log10 of the stiffness ρ of the equilibrium in mN m", 0.5, 0.006234, 1.453, 2.863),
+    ),
+)
+"""Provisional: fitted to nine grasps of two objects, which the strongest ridges suit best."""
+
+
+def known(cloud: Observation, settings: Settings) -> bool:
+    """Whether plans for a cloud with these settings have a confidence."""
+    return settings.closing.planned and settings.contact.metric == "spring" and carves(cloud, settings.free_space)
+
+
+def values(s: Solution, points: cKDTree) -> Array:
+    """The features x (F,), as `MODEL` has them, of a grasp whose hand at contact is planned, beside measured points."""
+    g = s.grasp
+    (way,) = (check.value for check in s.checks if check.name == "way")
+    found = {
+        "margin": s.worst_margin,
+        "margin_mean": np.mean([s.margins_initial, s.margins_equilibrium]),
+        "deviation_mm": 1e3 * g.contact_deviations.mean(),
+        "deviation_max_mm": 1e3 * g.contact_deviations.max(),
+        "link_mm": 1e3 * s.clearances_contact.min(),
+        "torque_reserve": 1 - torque_share(g, "spring"),
+        "way_mm": way,
+        "unseen_mm": 1e3 * np.max(points.query(s.contact_points)[0]),
+        "shift_mm": 1e3 * np.linalg.norm(g.contacts_eq - g.contacts, axis=1).max(),
+        "log_stiffness": np.log10(1e3 * g.stiffness),
+    }
+    return np.array([found[feature.name] for feature in MODEL.features])
+
+
+def with_confidence(solutions: Sequence[Solution], cloud: Observation, settings: Settings) -> list[Solution]:
+    """The same solutions, each with its confidence: NaN where it is not known or the grasp is not feasible."""
+    if not known(cloud, settings):
+        return list(solutions)
+    points = cKDTree(cloud.points)
+    found = [float(MODEL.probability(values(s, points)[None])[0]) if s.feasible else nan for s in solutions]
+    return [replace(s, confidence=p) for s, p in zip(solutions, found, strict=True)]
+
+
+def words(confidence: float) -> str:
+    """What a confidence means."""
+    if isnan(confidence):
+        return UNKNOWN
+    return f"confidence {confidence:.2f}: of 100 such grasps, about {100 * confidence:.0f} held in simulation"
+
+
+def refusal(confidence: float, least: float) -> str:
+    """Why a grasp of this confidence is not to be carried out where at least so much is asked; "" if it may be.
+
+    An unknown confidence is never enough, unless nothing is asked, 0.
+    """
+    if least == 0 or confidence >= least:
+        return ""
+    return "its confidence is unknown" if isnan(confidence) else f"its confidence {confidence:.3g} is below {least:g}"
