@@ -6,7 +6,7 @@ from scipy.spatial.distance import pdist
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.settings import FreeSpace, GpisSettings
-from sgnlp.perception.free_space import doubt
+from sgnlp.perception.free_space import Sight, doubt
 from sgnlp.perception.observation import Observation
 from sgnlp.surface.carving import carved_samples
 from sgnlp.surface.cube import cube, cube_samples
@@ -52,14 +52,25 @@ def training_set(
     """
     kind = kernel or named(settings.kernel)
     centre, half = cube(observation, settings)
-    seen_by = cameras_of(observation) if free_space.used else ()
-    if seen_by and not doubt(seen_by):
+    seen_by = _trusted(observation) if free_space.used else ()
+    if seen_by:
         samples = carved_samples(observation, seen_by, free_space, seed)
         prior, amplitude, scale = free_space.prior_mean, free_space.prior_mean, free_space.support_scale
         carved = _set(samples, kind, prior, amplitude, scale, centre)
         return replace(carved, deviation_scale=free_space.deviation_scale, free_space=True)
     prior = settings.prior_mean if kind.prior_mean_from_settings else half
     return _set(cube_samples(observation, settings, seed), kind, prior, half, settings.support_scale, centre)
+
+
+def carves(observation: Observation, free_space: FreeSpace) -> bool:
+    """Whether a training set has free space: it is used, and the cameras are known and stood where they are said to."""
+    return free_space.used and bool(_trusted(observation))
+
+
+def _trusted(observation: Observation) -> tuple[Sight, ...]:
+    """What the cameras saw, nothing if they cannot have stood where they are said to."""
+    seen_by = cameras_of(observation)
+    return () if doubt(seen_by) else seen_by
 
 
 def _set(

@@ -138,8 +138,9 @@ def test_cameras_that_stood_elsewhere_are_doubted(turned):
     assert "camera 0" in doubt(sights(points, view, np.stack([R @ EYES[0], EYES[1]])))
 
 
-def test_a_camera_on_the_far_side_is_doubted_by_its_own_points():
+def test_a_camera_beside_what_it_saw_is_doubted_by_its_own_points():
     points = ball_seen(EYE)
     alone = np.zeros(len(points), int)
     assert doubt(sights(points, alone, EYE[None])) == ""
-    assert "hide behind others" in doubt(sights(points, alone, 2 * MIDDLE[None] - EYE))
+    beside = MIDDLE + np.cross(EYE - MIDDLE, [0, 0, 1.0])
+    assert "hide behind others" in doubt(sights(points, alone, beside[None]))
