@@ -14,7 +14,6 @@ from sgnlp.planning.cautions import OF_CLOUDS, REMARKS, cautions, clouds, plans,
 from sgnlp.planning.cautions.obstacles import in_the_way
 from sgnlp.planning.cautions.planned import Planned
 from sgnlp.planning.starts import starts
-from sgnlp.surface.kernels import KERNELS
 
 PROBLEMS = Path(__file__).parents[2] / "problems"
 
@@ -299,7 +298,7 @@ def test_each_caution_is_told_where_its_threshold_is_passed(result):
     assert "left out: it is gone." in remarks(replace(result, missing="it is gone", cloud=None))[0]
 
 
-@pytest.mark.parametrize("kernel", sorted(KERNELS))
+@pytest.mark.parametrize("kernel", sorted(plans.CALIBRATION))
 def test_uncertain_contacts_are_told_by_the_factor_of_their_kernel(result, kernel):
     deviation = np.full_like(result.grasps.contact_deviation, 0.012 / plans.CALIBRATION[kernel])
     case = with_grasps(result, meta=result.grasps.meta | {"kernel": kernel, "free_space": False})

@@ -35,7 +35,7 @@ TABLE_GAP = 0.03
 """A cloud that begins higher than this above its table [m] hides as much as a fingertip needs."""
 STEP = 0.002
 """Coordinates rounded to more than this [m] are as far off as a contact may be that counts as one."""
-UNSEEN_ERROR_MM = 14
+UNSEEN_ERROR_MM = 10
 """By how much the surface is too near where one camera does not see it (`results/calibration`)."""
 WALL_NOISES = 2.0
 """Walls thinner than this many deviations of a measured point cannot be told from one surface."""

@@ -27,8 +27,8 @@ of the plans of the problem set from two cameras have none farther than this."""
 BESIDE, TARGET_BESIDE = 0.03, 0.0
 """Contacts and targets farther than this outside the hull of the cloud and its copy on the table are beside it [m]: an
 unseen side bulges by less, and targets lie inside."""
-CALIBRATION = {"thin_plate": 0.36, "matern32": 0.45, "matern52": 0.63, "squared_exponential": 0.85}
-"""For each kernel, fitted to the cloud alone, the factor on σ_d with which its intervals hold on the problem set. With
+CALIBRATION = {"thin_plate": 0.43}
+"""For the kernel, fitted to the cloud alone, the factor on σ_d with which its intervals hold on the problem set. With
 free space they hold as they are (`results/calibration`)."""
 TRAVEL_SHARE, AT_BOUND = 0.5, 0.99
 """Of the wrist's allowed travel: from half on the start was no guess at this grasp; from the other on it is stopped."""
@@ -118,7 +118,7 @@ def torques(result: Planned) -> str:
 def uncertain_contacts(result: Planned) -> str:
     """Contacts that may come a fingertip's radius early or late."""
     radius = np.array([finger.radius for finger in result.hand.fingers])
-    meta = result.grasps.meta  # of a kernel of one's own there is no factor
+    meta = result.grasps.meta  # of another kernel there is no factor
     factor = 1.0 if meta.get("free_space") else CALIBRATION.get(str(meta.get("kernel")), 0.0)
     deviation = factor * result.grasps.contact_deviation[0]
     found = _fingers(result, deviation > radius, 1e3 * deviation, "mm")
