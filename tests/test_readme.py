@@ -14,7 +14,7 @@ from readers import pieces_are_coarse, plans_are_cheap
 
 from sgnlp.experiments.benchmarks.measure import Row
 from sgnlp.experiments.frames import Frame, frame
-from sgnlp.experiments.studies import calibration, convergence, pose, triangles
+from sgnlp.experiments.studies import calibration, confidence, convergence, pose, triangles
 from sgnlp.planning import results
 from sgnlp.planning.cautions.clouds import UNSEEN_ERROR_MM
 from sgnlp.planning.cautions.plans import CALIBRATION
@@ -293,6 +293,17 @@ def test_what_is_said_of_the_surface_is_so():
     assert float(factors["cloud alone"]) == CALIBRATION["thin_plate"]
     assert says("surface", f"is a factor of {float(factors[calibration.AS_SET]):.1f}")
     assert round(-float(guessed["bias [mm]"])) == UNSEEN_ERROR_MM
+
+
+def test_what_is_said_of_the_confidence_is_so():
+    measured = framed("confidence", confidence.Row)
+    held_out, told = confidence.judged(measured)
+    assert says("confidence", f"{len(held_out)} grasps of {held_out.object.nunique()} problems")
+    sure, middle = told > 0.92, (told > 0.8) & (told < 0.9)
+    assert abs(held_out.held[sure].mean() - told[sure].mean()) < 0.05
+    assert 0.05 < told[middle].mean() - held_out.held[middle].mean() < 0.15
+    tuning = confidence.of_half(measured, "tuning")
+    assert (len(tuning), round(100 * tuning.held.mean())) == (271, 87)
 
 
 def test_the_table_of_convergence_ends_with_the_sum():
