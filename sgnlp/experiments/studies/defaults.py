@@ -20,7 +20,8 @@ from sgnlp.perception.observation import Observation
 
 CAMERAS = 2
 CLOSED = "exterior noise 0.05 m"
-FINAL = "hand at contact"  # the step that ends at the robust preset; what is in it is the study `contact`
+AT_CONTACT = "hand at contact"  # what is in it is the study `contact`
+FINAL = "free space, gap of 16 mm"  # the step that ends at the robust preset
 
 
 @dataclass(frozen=True)
@@ -44,16 +45,19 @@ _FORCES = {
 _CLOSED = {"gpis.exterior_noise": 0.05}
 _TORQUES = {"limits.effort": 1.0}
 _CONTACT = {"closing.planned": True, "closing.c_freedom": 0.3, "limits.place_error": 0.008, "limits.effort": 1.0}
+_FREE = {"free_space.used": True, "weights.uncer": 0.0, "closing.margin": 0.008, "limits.place_error": 0.016}
 STEPS = {
     "paper": Step("", {}),
     "whole hand covered": Step("paper", {"spheres": "cover", "limits.table_margin": 0.012}),
     "force, stiffness, reserve": Step("whole hand covered", _FORCES),
     "weight of 0.3 kg": Step("force, stiffness, reserve", {"contact.mass": 0.3}),
     CLOSED: Step("weight of 0.3 kg", _CLOSED),
-    FINAL: Step(CLOSED, _CONTACT),
+    AT_CONTACT: Step(CLOSED, _CONTACT),
+    FINAL: Step(AT_CONTACT, _FREE),
     "weight of 0.3 kg, 1 view": Step("weight of 0.3 kg", {}, cameras=1),
     f"{CLOSED}, 1 view": Step("weight of 0.3 kg, 1 view", _CLOSED, cameras=1),
-    f"{FINAL}, 1 view": Step(f"{CLOSED}, 1 view", _CONTACT, cameras=1),
+    f"{AT_CONTACT}, 1 view": Step(f"{CLOSED}, 1 view", _CONTACT, cameras=1),
+    f"{FINAL}, 1 view": Step(f"{AT_CONTACT}, 1 view", _FREE, cameras=1),
     "pad ignored": Step(CLOSED, {"contact.pad": False}),
     "exterior noise 0.02 m": Step(CLOSED, {"gpis.exterior_noise": 0.02}),
     "ranked by energy": Step(CLOSED, {"rank_by": "energy"}),
