@@ -79,6 +79,9 @@ class FreeSpace(Checked):
     """R of the kernel over the largest distance between training points, so that the palm stays in the ball"""
     deviation_scale: Positive = 0.36
     """factor on kernel and noise deviations alike: it leaves the mean as it is and calibrates the intervals"""
+    reserve: NotNegative = 0.006
+    """where free space is used but no camera is known, the surface bulges: `limits.place_error` and `closing.margin`
+    ask for so much less [m]; with the whole of them hardly a start is feasible on real clouds"""
 
     def __post_init__(self) -> None:
         """Also that no band ends before it begins."""

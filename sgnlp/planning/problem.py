@@ -1,6 +1,6 @@
 """A planning problem: a hand, a fitted surface and settings, as numbers for the nonlinear program."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -178,9 +178,17 @@ def build_problem(
         table_height=observation.table_height,
         com=_centre_of_mass(gpis, box, observation.table_height),
         terms=additions.all_terms(settings),
-        constraints=additions.all_constraints(settings),
+        constraints=additions.all_constraints(settings if gpis.free_space else _with_reserve(settings)),
         formulation=additions.chosen(settings),
     )
+
+
+def _with_reserve(settings: Settings) -> Settings:
+    """Less of the gaps that make up for a surface that knows free space: one of the cloud alone has them in itself."""
+    reserve = settings.free_space.reserve if settings.free_space.used else 0.0
+    gap, margin = (max(x - reserve, 0.0) for x in (settings.limits.place_error, settings.closing.margin))
+    limits, closing = replace(settings.limits, place_error=gap), replace(settings.closing, margin=margin)
+    return replace(settings, limits=limits, closing=closing)
 
 
 def _centre_of_mass(gpis: Gpis, box: Array, table: float) -> Array:

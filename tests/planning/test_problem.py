@@ -54,6 +54,24 @@ def test_with_free_space_the_centre_of_mass_is_that_of_the_surface():
     assert not unknown.gpis.free_space
 
 
+def test_without_cameras_less_is_asked_of_the_gaps_and_the_settings_stay():
+    wide = replace(
+        SMALL,
+        limits=replace(SMALL.limits, place_error=0.016),
+        closing=replace(SMALL.closing, planned=True, margin=0.008),
+    )
+    one = ball(EYES[:1])
+    alone = replace(one, camera_positions=None)
+    unused = replace(wide, free_space=replace(wide.free_space, used=False))
+    cases = ((one, wide, 0.016, 0.008), (alone, wide, 0.01, 0.002), (alone, unused, 0.016, 0.008))
+    for cloud, settings, gap, margin in cases:
+        built = build_problem(cloud, hand(), settings)
+        lower = {constraint.name: constraint.lower for constraint in built.constraints}
+        assert lower["pads_object"] == lower["object"] == pytest.approx(gap)
+        assert lower["object_contact"] == lower["table_contact"] == pytest.approx(margin)
+        assert built.settings == settings
+
+
 def test_the_bounds_of_the_variables_are_the_joint_limits_the_gains_and_a_cube_in_the_models_ball(problem, nlp):
     joints = hand().reference
     low, high = (bound * nlp.units for bound in problem.variable_bounds(nlp, joints))
