@@ -204,7 +204,8 @@ class Limits(Checked):
     object_margin: float = 0.0
     """least metric clearance between the hand and the object at the pregrasp [m]"""
     place_error: NotNegative = 0.0
-    """error of the hand's place that the pregrasp is to bear [m]: it is added to `object_margin`"""
+    """error of the hand's place that the pregrasp is to bear [m]: it is added to `object_margin`; less of it where no
+    camera is known (`free_space.reserve`)"""
     wrist_travel: Positive = 0.3
     """largest displacement of the wrist from its start, along each axis [m]"""
     effort: NotNegative = 0.0

@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from sgnlp.base.arrays import Array, BoolArray, IntArray
-from sgnlp.perception.sampling import GRID_CELLS
+from sgnlp.perception.sampling import grid_cells
 
 CELL = 0.003
 """[m] Side of a cell of the grid: larger than a pixel at 1 m, so that near bodies take no longer than far ones."""
@@ -41,9 +41,7 @@ SQUARE, CLOSED = 0.005, 3
 
 def cells(points: Array, side: float) -> tuple[Array, IntArray, IntArray]:
     """The means (c, 3) of the points (n, 3) in each cell of a grid, their numbers (c,), and the cell (n,) of each."""
-    steps = np.clip(np.floor(points / side), -GRID_CELLS, GRID_CELLS - 1).astype(np.int64) + GRID_CELLS
-    key = (steps[:, 0] * (2 * GRID_CELLS) + steps[:, 1]) * (2 * GRID_CELLS) + steps[:, 2]
-    _, cell, count = np.unique(key, return_inverse=True, return_counts=True)
+    _, cell, count = np.unique(grid_cells(points, side), return_inverse=True, return_counts=True)
     means = np.stack([np.bincount(cell, column) for column in points.T], axis=1) / count[:, None]
     return means, count, cell
 

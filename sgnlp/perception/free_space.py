@@ -29,6 +29,7 @@ CLOSED = 0.010
 SPACINGS = 3.0
 """Holes are closed up to twice this many spacings of the points, if that is more."""
 SPACING_QUANTILE = 0.9
+"""Of the distances between neighbouring points, that which counts as their spacing: few are farther apart."""
 GROWN = 0.004
 """The silhouette is wider than the points on each side [m]: grazing surfaces return nothing, calibrations err."""
 FRONT = 0.006
@@ -57,17 +58,20 @@ class Image:
     cells: float  # cells per unit of q_x/q_z
     corner: IntArray  # (2,) numbers of the first cell
     shape: tuple[int, ...]  # (w, h)
+    spacing: float  # cells between the object's points
+    grown: float  # cells that its silhouette grows by
 
     @classmethod
-    def around(cls, position: Array, points: Array, beyond: float = 0.0) -> "tuple[Image, float, float]":
-        """An image that holds points (n, 3) and what is `beyond` them [m]; cells between the points, and to grow by."""
+    def around(cls, position: Array, points: Array, beyond: float = 0.0) -> "Image":
+        """An image that holds points (n, 3), what is closed and grown around them, and what is `beyond` them [m]."""
         axes, distance = _looking(position, points.mean(axis=0))
         width = max(CELL, float(np.linalg.norm(np.ptp(points, axis=0))) / MAX_CELLS)
         cell = _numbers(points, position, axes, distance / width)[0]
         spacing = max(_spacing(cell), CLOSED / SPACINGS / width)
-        edge = int(np.ceil(max(SPACINGS * spacing + GROWN / width, beyond / width))) + 2
+        grown = GROWN / width
+        edge = int(np.ceil(max(SPACINGS * spacing + grown, beyond / width))) + 2
         shape = tuple(map(int, np.ptp(cell, axis=0) + 1 + 2 * edge))
-        return cls(position, axes, distance / width, cell.min(axis=0) - edge, shape), spacing, GROWN / width
+        return cls(position, axes, distance / width, cell.min(axis=0) - edge, shape, spacing, grown)
 
     def place(self, X: Array) -> tuple[IntArray, Array, BoolArray]:
         """The cells (n, 2) of points (n, 3), how far ahead they are (n,) [m], and whether they are in the image."""
@@ -112,24 +116,24 @@ def sight(position: Array, points: Array, others: Array | None = None, backgroun
     Without `background` it is taken that the camera would have measured the object wherever it is: but for the points
     `others` (k, 3) that other cameras measured, where a surface that it saw at a grazing angle returned nothing.
     """
-    image, spacing, grown = Image.around(position, points, 0.0 if background is None else AROUND)
+    image = Image.around(position, points, 0.0 if background is None else AROUND)
     own = image.nearest(points)
+    near = _filled(own)
     hidden = _hidden_share(image, own, points)
-    silhouette = _closed(np.isfinite(own), SPACINGS * spacing)
-    alone = np.where(_grown(silhouette, grown), _filled(own), np.inf)
-    through = _through_share(image, alone, others)
+    silhouette = _closed(np.isfinite(own), SPACINGS * image.spacing)
+    depth = np.where(_grown(silhouette, image.grown), near, np.inf)
+    through = _through_share(image, depth, others)
     if background is not None:
         behind = _joined(image.nearest(background))
         proved = np.where(np.isfinite(behind), behind, 0.0)
-        depth = np.where(_grown(np.isfinite(own), grown), np.minimum(_filled(own), behind), proved)
-        return Sight(image, _lowered(depth, spacing), 0.0, hidden, through)
-    depth = alone
-    if others is not None:
+        depth = np.where(_grown(np.isfinite(own), image.grown), np.minimum(near, behind), proved)
+    elif others is not None:
         unseen = np.where(silhouette, np.inf, image.nearest(others))
         if np.isfinite(unseen).any():
-            beyond = _grown(_closed(np.isfinite(unseen), SPACINGS * spacing), grown) & ~silhouette
+            beyond = _grown(_closed(np.isfinite(unseen), SPACINGS * image.spacing), image.grown) & ~silhouette
             depth = np.where(beyond, np.minimum(depth, _filled(unseen)), depth)
-    return Sight(image, _lowered(depth, spacing), np.inf, hidden, through)
+    beside = np.inf if background is None else 0.0
+    return Sight(image, _lowered(depth, image.spacing), beside, hidden, through)
 
 
 def background(position: Array, points: Array, others: Array) -> Array:
@@ -137,7 +141,7 @@ def background(position: Array, points: Array, others: Array) -> Array:
 
     It is the nearest point in each cell of the image, (k, 3) [m].
     """
-    image, _, _ = Image.around(position, points, AROUND)
+    image = Image.around(position, points, AROUND)
     cell, ahead, inside = image.place(others)
     cell, ahead, seen = cell[inside], ahead[inside], others[inside]
     order = np.argsort(ahead, kind="stable")

@@ -41,10 +41,13 @@ def grid_sample(points: Array, limit: int) -> IntArray:
     low, centre, high = np.quantile(points, (0.01, 0.5, 0.99), axis=0)
     edge = max((high - low).max(), np.finfo(np.float32).tiny) / np.sqrt(limit)
     while True:
-        steps = np.floor((points - centre) / edge)
-        cell = np.clip(steps, -GRID_CELLS, GRID_CELLS - 1).astype(np.int64) + GRID_CELLS
-        key = (cell[:, 0] * (2 * GRID_CELLS) + cell[:, 1]) * (2 * GRID_CELLS) + cell[:, 2]
-        _, first = np.unique(key, return_index=True)
+        _, first = np.unique(grid_cells(points - centre, edge), return_index=True)
         if len(first) <= limit:
             return np.sort(first)
         edge *= max(np.sqrt(len(first) / limit), 1.05)  # the cells of a surface number as 1 / edge²
+
+
+def grid_cells(points: Array, edge: float) -> IntArray:
+    """A number (n,) for the cell of a grid of this edge [m] that each of the points (n, 3) is in."""
+    cell = np.clip(np.floor(points / edge), -GRID_CELLS, GRID_CELLS - 1).astype(np.int64) + GRID_CELLS
+    return np.asarray((cell[:, 0] * (2 * GRID_CELLS) + cell[:, 1]) * (2 * GRID_CELLS) + cell[:, 2])

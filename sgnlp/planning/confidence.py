@@ -21,7 +21,6 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.settings import Settings
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.solution import Solution, torque_share
-from sgnlp.surface.training import carves
 
 UNKNOWN = (
     "confidence unknown: only a feasible grasp by springs has one, where the hand at contact is planned "
@@ -76,9 +75,9 @@ MODEL = Model(
 """Fitted to 271 grasps of 49 problems, of which 87 % held."""
 
 
-def known(cloud: Observation, settings: Settings) -> bool:
-    """Whether plans for a cloud with these settings have a confidence."""
-    return settings.closing.planned and settings.contact.metric == "spring" and carves(cloud, settings.free_space)
+def known(settings: Settings, free_space: bool) -> bool:
+    """Whether plans with these settings have a confidence; `free_space`: whether their surface is fitted with it."""
+    return settings.closing.planned and settings.contact.metric == "spring" and free_space
 
 
 def values(s: Solution, points: cKDTree) -> Array:
@@ -100,9 +99,11 @@ def values(s: Solution, points: cKDTree) -> Array:
     return np.array([found[feature.name] for feature in MODEL.features])
 
 
-def with_confidence(solutions: Sequence[Solution], cloud: Observation, settings: Settings) -> list[Solution]:
+def with_confidence(
+    solutions: Sequence[Solution], cloud: Observation, settings: Settings, free_space: bool
+) -> list[Solution]:
     """The same solutions, each with its confidence: NaN where it is not known or the grasp is not feasible."""
-    if not known(cloud, settings):
+    if not known(settings, free_space):
         return list(solutions)
     points = cKDTree(cloud.points)
     found = [float(MODEL.probability(values(s, points)[None])[0]) if s.feasible else nan for s in solutions]

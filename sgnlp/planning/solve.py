@@ -88,8 +88,8 @@ def solve(
             result = replace(outcome, hand=problem.hand) if isinstance(outcome, Solution) else outcome
             progress(result)
             results.append(result)
-    found = with_confidence([r for r in results if isinstance(r, Solution)], near, settings)
-    solutions = rank(found, settings.rank_by)
+    solved = [r for r in results if isinstance(r, Solution)]
+    solutions = rank(with_confidence(solved, near, settings, problem.gpis.free_space), settings.rank_by)
     if far:
         problem, solutions = moved_problem(problem, middle), [moved_solution(s, middle) for s in solutions]
     failures = sorted((r for r in results if isinstance(r, Failure)), key=lambda f: f.start)

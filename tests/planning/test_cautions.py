@@ -314,7 +314,9 @@ def test_cameras_that_stood_elsewhere_are_told(result):
     assert not clouds.cameras(cloud, result)
     assert not clouds.cameras(replace(cloud, camera_positions=None), result)
     swapped = replace(cloud, camera_positions=cloud.camera_positions[::-1])
-    assert "camera positions are wrong: " in clouds.cameras(swapped, result)
+    alone = with_grasps(result, meta=result.grasps.meta | {"free_space": False})
+    assert not clouds.cameras(cloud, alone)
+    assert "camera positions are wrong: " in clouds.cameras(swapped, alone)
 
 
 def test_contacts_and_targets_beside_the_object_are_told(result):

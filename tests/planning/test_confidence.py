@@ -24,6 +24,7 @@ from sgnlp.planning.solution import Solution, rank, solution
 from sgnlp.planning.starts import initial, starts
 from sgnlp.program.formulations import formulation
 from sgnlp.program.nlp import FUNCTIONS, Nlp, frame
+from sgnlp.surface.training import carves
 
 FREE = FreeSpace(used=True, surface_points=60, table_points=10, near_points=20, far_points=5)
 SEEN = replace(REACHING, free_space=FREE)
@@ -113,14 +114,14 @@ def test_the_confidence_goes_the_way_of_the_margin_that_its_weight_says(monkeypa
     s = feasible(reached()[1])
     better = [replace(s, margins_initial=s.margins_initial * 0 + m, margins_equilibrium=s.margins_equilibrium * 0 + m)
               for m in (0.05, 0.1, 0.2, 0.3)]  # fmt: skip
-    found = np.array([s.confidence for s in with_confidence(better, ball(), SEEN)])
+    found = np.array([s.confidence for s in with_confidence(better, ball(), SEEN, carves(ball(), SEEN.free_space))])
     assert (sign * np.diff(found) > 0).all()
     assert ((found > 0) & (found < 1)).all()
 
 
 def test_the_confidence_of_a_grasp_is_that_of_its_features():
     s = feasible(reached()[1])
-    (told,) = with_confidence([s], ball(), SEEN)
+    (told,) = with_confidence([s], ball(), SEEN, carves(ball(), SEEN.free_space))
     assert told.confidence == MODEL.probability(values(s, cKDTree(ball().points))[None])[0]
     assert 0 < told.confidence < 1
 
@@ -135,25 +136,27 @@ def test_the_confidence_of_a_grasp_is_that_of_its_features():
     ids=["pregrasp alone", "cloud alone", "force closure"],
 )
 def test_it_is_not_known_where_the_model_was_not_fitted(settings: Settings):
-    (told,) = with_confidence([feasible(reached()[1])], ball(), settings)
+    (told,) = with_confidence([feasible(reached()[1])], ball(), settings, carves(ball(), settings.free_space))
     assert isnan(told.confidence)
-    assert known(ball(), SEEN)
-    assert not known(ball(), settings)
+    assert known(SEEN, carves(ball(), SEEN.free_space))
+    assert not known(settings, carves(ball(), settings.free_space))
 
 
 def test_it_is_not_known_without_cameras_nor_of_a_grasp_that_is_not_feasible():
     s = reached()[1]
     assert not s.feasible
-    assert [isnan(t.confidence) for t in with_confidence([s, feasible(s)], ball(), SEEN)] == [True, False]
+    assert [
+        isnan(t.confidence) for t in with_confidence([s, feasible(s)], ball(), SEEN, carves(ball(), SEEN.free_space))
+    ] == [True, False]
     blind = replace(ball(), camera_positions=None)
-    assert isnan(with_confidence([feasible(s)], blind, SEEN)[0].confidence)
+    assert isnan(with_confidence([feasible(s)], blind, SEEN, carves(blind, SEEN.free_space))[0].confidence)
 
 
 def test_a_plan_of_the_pregrasp_alone_says_that_its_confidence_is_unknown():
     assert np.isnan(small_plan().arrays().confidence).all()
     assert small_plan().summary()["best"]["confidence"] is None
     assert "unknown" in words(nan)
-    assert not known(small_plan().observation, SMALL)
+    assert not known(SMALL, carves(small_plan().observation, SMALL.free_space))
 
 
 def test_a_confidence_is_told_in_words_and_as_a_share_of_a_hundred():

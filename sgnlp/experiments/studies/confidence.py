@@ -30,6 +30,7 @@ from sgnlp.planning.confidence import MODEL, UNKNOWN, Model, known, values
 from sgnlp.planning.plan import Plan
 from sgnlp.show.plots import Panel, Series
 from sgnlp.simulation import SimulationSettings
+from sgnlp.surface.training import carves
 
 CONDITIONS = (Condition("1 view", 1), Condition("2 views", 2))
 BINS = 5
@@ -75,7 +76,7 @@ def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:
     """
     load(setup.settings)
     for whole in observations:
-        if not known(whole, setup.settings):
+        if not known(setup.settings, carves(whole, setup.settings.free_space)):
             raise InputError(f"'{whole.name}': {UNKNOWN}")
     return trials.cases(CONDITIONS, setup, observations, tried)
 
