@@ -13,11 +13,13 @@ from sgnlp.perception.depth import DepthImage, from_depth
 from sgnlp.perception.observation import Observation, load, observe
 from sgnlp.perception.scene import Scene
 from sgnlp.perception.segment import segment
+from sgnlp.perception.shape import Shape
 from sgnlp.planning.additions import constraints, terms
 from sgnlp.planning.extension import extension
 from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.results import load_grasps
+from sgnlp.planning.shape_files import load_shapes, painted
 from sgnlp.planning.solve import solve
 from sgnlp.planning.solvers.ipopt import Ipopt
 from sgnlp.planning.solvers.solver import Answer, NlpInstance, Solver
@@ -45,6 +47,7 @@ __all__ = [
     "Scene",
     "Settings",
     "SgnlpError",
+    "Shape",
     "Solver",
     "Term",
     "constraints",
@@ -53,7 +56,9 @@ __all__ = [
     "load",
     "load_grasps",
     "load_hand",
+    "load_shapes",
     "observe",
+    "painted",
     "preset",
     "segment",
     "simulate",

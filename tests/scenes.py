@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.base.presets import ROBUST, preset
-from sgnlp.base.settings import Closing, GpisSettings, Settings
+from sgnlp.base.settings import Closing, Settings
+from sgnlp.base.surface_settings import GpisSettings
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation, observe
 from sgnlp.planning.problem import Problem, build_problem

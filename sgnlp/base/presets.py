@@ -4,7 +4,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from sgnlp.base.errors import unknown
-from sgnlp.base.settings import Closing, Contact, FreeSpace, GpisSettings, Limits, Settings, Smoothing, Weights
+from sgnlp.base.settings import Closing, Contact, Limits, Settings, Smoothing, Weights
+from sgnlp.base.surface_settings import FreeSpace, GpisSettings
 
 PAPER = Settings(limits=Limits(force_max=1e3), spheres="paper")
 """The paper's weights with its errata corrected."""

@@ -12,9 +12,10 @@ from sgnlp.cli.flags import Observing
 from sgnlp.perception.observation import PLAIN
 from sgnlp.planning import reopen
 from sgnlp.planning.solvers import SOLVERS, settled
+from sgnlp.planning.surroundings import Surroundings
 
 FILE = "FILE"
-"""Stands for the cloud's file where it is not known: planned from Python, without a file."""
+"""Stands for a file that is not known: the cloud's of a plan from Python, and those of its surroundings."""
 DEFAULTS = Observing()
 
 
@@ -22,7 +23,7 @@ def command(meta: Mapping[str, Any], folder: Path) -> str:
     """`sgnlp solve` with the flags that differ from their defaults; the preset is the one that needs the fewest.
 
     A hand that is not one of `sgnlp hands` is given by its name, since its folder is not known. A solver of the
-    user's own is not named.
+    user's own is not named, nor are files of obstacles and regions.
     """
     words = ["sgnlp", "solve", str(meta.get("source") or FILE)]
     words += differences(asdict(PLAIN), asdict(reopen.reading(dict(meta))))
@@ -31,6 +32,9 @@ def command(meta: Mapping[str, Any], folder: Path) -> str:
     usual = settled(None, reopen.settings(dict(meta)).solver).name
     solver = (meta.get("solver") or {}).get("name", usual)
     words += ["--solver", solver] if solver != usual and solver in SOLVERS else []
+    given = Surroundings.restored(meta.get("surroundings") or {})
+    for flag, shapes in (("obstacle", given.obstacles), ("avoid", given.avoid), ("touch", given.touch)):
+        words += [f"--{flag}", FILE] if shapes else []
     words += _settings(dict(meta))
     place = Path("results") / str(meta["object"])
     return shlex.join(words + (["--out", str(folder)] if folder != place else []))

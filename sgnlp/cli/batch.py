@@ -19,7 +19,7 @@ from sgnlp.base.checked import POSITIVE
 from sgnlp.base.errors import InputError, MachineError, SolverError
 from sgnlp.base.exclusive import alone
 from sgnlp.cli import codes, compiling, lacks
-from sgnlp.cli.flags import ROWS, Abstaining, Extending, Observing, Tabling, made
+from sgnlp.cli.flags import ROWS, Abstaining, Extending, Observing, Surrounding, Tabling, made
 from sgnlp.cli.progress import Bar, bars
 from sgnlp.hand.hand import Hand, available_hands, load_hand
 from sgnlp.planning import results
@@ -32,7 +32,7 @@ MADE = "made.json"
 
 
 @dataclass(kw_only=True)
-class Batch(Abstaining, Extending, Tabling, Observing):
+class Batch(Abstaining, Extending, Surrounding, Tabling, Observing):
     """Plan grasps for many clouds, each into its own folder; run it again to continue where it ended."""
 
     files: tyro.conf.Positional[tuple[Path, ...]]
@@ -90,11 +90,12 @@ class Batch(Abstaining, Extending, Tabling, Observing):
 
     def _prepare(self, console: Console, bar: Callable[[str, int | None], Bar], hand: Hand, objects: int) -> None:
         """Compile first, where that pays; the machines of a cluster have caches of their own."""
-        if self.scheduler or not self.build or not compiling.worthwhile(hand, self, objects * self.starts):
+        around = self.surroundings.around(self.settings)
+        if self.scheduler or not self.build or not compiling.worthwhile(hand, self, objects * self.starts, around):
             return
         console.print("Compiling the functions first, once for all objects (--no-build leaves them interpreted).")
         try:
-            compiling.build(hand, self.additions.structures(self.settings), self.jobs, bar)
+            compiling.build(hand, self.additions.structures(self.settings, around), self.jobs, bar)
         except (SolverError, MachineError) as error:
             console.print(f"The functions stay interpreted: {error}", soft_wrap=True)
 
@@ -109,6 +110,7 @@ class Batch(Abstaining, Extending, Tabling, Observing):
             solver=self.solver,
             reading=self.reading,
             extension=self.extension,
+            surroundings=self.surroundings,
         )
 
     def _workers(self) -> Workers:
@@ -120,6 +122,7 @@ class Batch(Abstaining, Extending, Tabling, Observing):
         """How and by which process the rows are made; they depend on `study` and on the clouds."""
         flags = {key: value for key, value in asdict(self).items() if key != "files"}
         study = {key: flags[key] for key in ("seed", "starts", "solver", "reading", "settings")}
+        study["surroundings"] = self.surroundings.plain()
         process = {"process": os.getpid(), "host": platform.node()}
         plain = json.loads(json.dumps({"batch": flags, "study": {"hand": hand.name} | study}, default=str))
         return made(**process, **plain)

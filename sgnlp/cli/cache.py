@@ -15,6 +15,7 @@ from sgnlp.cli import compiling
 from sgnlp.cli.flags import Extending, Planning
 from sgnlp.cli.progress import bars
 from sgnlp.hand.hand import load_hand
+from sgnlp.program.around import ALONE, Around
 from sgnlp.show import tables
 
 
@@ -28,6 +29,8 @@ class Cache(Extending, Planning):
     """delete everything in the cache"""
     jobs: Annotated[int, POSITIVE] = field(default_factory=lambda: os.cpu_count() or 1)
     """compilers at once"""
+    around: Around = ALONE
+    """what the plans know of what stands around"""
     settings: Annotated[Settings, tyro.conf.arg(name="")] = ROBUST
     """everything about the plan; the structure is what counts: spheres, samples, density, equilibrium, formulation"""
 
@@ -36,7 +39,8 @@ class Cache(Extending, Planning):
         if self.clear:
             toolchain.clear()
         if self.build:
-            hand, structures = load_hand(self.hand, self.settings.spheres), self.additions.structures(self.settings)
+            hand = load_hand(self.hand, self.settings.spheres)
+            structures = self.additions.structures(self.settings, self.around)
             with bars(console) as bar:
                 compiling.build(hand, structures, self.jobs, bar)
         libraries = [file for file in toolchain.entries() if file.suffix == ".so"]

@@ -20,6 +20,7 @@ from sgnlp.cli.progress import Bar
 from sgnlp.hand.hand import Hand
 from sgnlp.planning.additions import Additions
 from sgnlp.program import compiled
+from sgnlp.program.around import ALONE, Around
 from sgnlp.program.structure import Structure
 from sgnlp.surface import native
 
@@ -57,26 +58,26 @@ def build(hand: Hand, structures: Sequence[Structure], jobs: int, bar: Callable[
             raise type(error)(f"cannot compile: {error}") from None
 
 
-def worthwhile(hand: Hand, asked: Asked, starts: int) -> bool:
+def worthwhile(hand: Hand, asked: Asked, starts: int, around: Around = ALONE) -> bool:
     """Whether it takes less time to build first than to solve so many starts interpreted."""
-    return starts >= WORTH and missing(hand, asked) and compiled.can_compile()
+    return starts >= WORTH and missing(hand, asked, around) and compiled.can_compile()
 
 
-def missing(hand: Hand, asked: Asked) -> bool:
+def missing(hand: Hand, asked: Asked, around: Around = ALONE) -> bool:
     """Whether a program of the plans is not in the cache, though compiled functions are wanted."""
-    paths = [compiled.path(hand, structure) for structure in asked.additions.structures(asked.settings)]
+    paths = [compiled.path(hand, structure) for structure in asked.additions.structures(asked.settings, around)]
     return asked.settings.solver.compiled and not all(path is None or compiled.built(path) for path in paths)
 
 
-def offer(console: Console, hand: Hand, asked: Asked) -> None:
+def offer(console: Console, hand: Hand, asked: Asked, around: Around = ALONE) -> None:
     """Tell that the functions were interpreted; on a terminal, compile them in the background for the next run."""
-    if not missing(hand, asked):
+    if not missing(hand, asked, around):
         return
     if not compiled.can_compile() or native.library() is None:
         why = toolchain.cache_fault() or toolchain.compiler_fault() or native.attempt()[1]
         console.print(f"The functions are interpreted, which takes about twice as long: {why}", soft_wrap=True)
         return
-    command = ["cache", "--build", *_flags(asked)]
+    command = ["cache", "--build", *_flags(asked, around)]
     if not console.is_terminal:
         console.print(
             f"The functions are interpreted; 'sgnlp {' '.join(command)}' compiles them, once for all objects.",
@@ -95,7 +96,7 @@ def offer(console: Console, hand: Hand, asked: Asked) -> None:
     console.print(text, soft_wrap=True)
 
 
-def _flags(asked: Asked) -> list[str]:
+def _flags(asked: Asked, around: Around) -> list[str]:
     """The flags that decide the structure, where they differ from the command's own."""
     default, settings = ROBUST, asked.settings
     contact = {field: getattr(settings.contact, field) for field in CONTACT}
@@ -109,4 +110,5 @@ def _flags(asked: Asked) -> list[str]:
     )
     own = ["--with", str(asked.with_)] if asked.with_ else []
     hand = changed("", {"hand": Planning.hand}, {"hand": asked.hand})
-    return [*hand, *own, *differences(asdict(default), asdict(chosen))]
+    there = differences({"around": asdict(ALONE)}, {"around": asdict(around)})
+    return [*hand, *own, *there, *differences(asdict(default), asdict(chosen))]

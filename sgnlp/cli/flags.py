@@ -19,7 +19,9 @@ from sgnlp.perception.observation import PLAIN, Reading
 from sgnlp.planning import environment, results
 from sgnlp.planning.additions import NOTHING, Additions
 from sgnlp.planning.extension import Extension, extension
+from sgnlp.planning.shape_files import load_shapes
 from sgnlp.planning.solvers import solver_named
+from sgnlp.planning.surroundings import Surroundings
 
 Command = TypeVar("Command")
 ROWS, PARQUET = "rows.csv", "rows.parquet"
@@ -59,6 +61,24 @@ class Extending:
     def additions(self) -> Additions:
         """What it adds to a plan."""
         return self.extension.additions() if self.extension else NOTHING
+
+
+@dataclass(kw_only=True)
+class Surrounding:
+    """Among what, and where on the object."""
+
+    obstacle: tuple[Path, ...] = ()
+    """YAML files of shapes that the hand stays clear of, beside the table and what the cloud has seen around"""
+    avoid: tuple[Path, ...] = ()
+    """YAML files of shapes in which no finger is to touch the object"""
+    touch: tuple[Path, ...] = ()
+    """YAML files of shapes in one of which each finger is to touch it"""
+
+    @property
+    def surroundings(self) -> Surroundings:
+        """What the files hold."""
+        kinds = (self.obstacle, self.avoid, self.touch)
+        return Surroundings(*(tuple(shape for file in files for shape in load_shapes(file)) for files in kinds))
 
 
 @dataclass(kw_only=True)

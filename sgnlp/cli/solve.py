@@ -1,6 +1,7 @@
 """`sgnlp solve`: from a point cloud to a folder of grasps."""
 
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -11,10 +12,10 @@ from rich.console import Console
 from rich.text import Text
 
 from sgnlp.cli import codes, compiling, lacks
-from sgnlp.cli.flags import Abstaining, Extending, Observing
+from sgnlp.cli.flags import Abstaining, Extending, Observing, Surrounding
 from sgnlp.cli.progress import bars
-from sgnlp.hand.hand import load_hand
-from sgnlp.perception.observation import load
+from sgnlp.hand.hand import Hand, load_hand
+from sgnlp.perception.observation import Observation, load
 from sgnlp.planning import confidence, results
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.solve import solve
@@ -23,7 +24,7 @@ from sgnlp.show.png import drawable
 
 
 @dataclass(kw_only=True)
-class Solve(Abstaining, Extending, Observing):
+class Solve(Abstaining, Extending, Surrounding, Observing):
     """Plan compliant pregrasps for a point cloud (.npz, .ply, .pcd, .xyz)."""
 
     file: tyro.conf.Positional[Path]
@@ -49,18 +50,7 @@ class Solve(Abstaining, Extending, Observing):
             drawable("skimage")
         show = not (self.json or self.quiet)
         with bars(console, show) as bar:
-            plan = solve(
-                observation,
-                hand,
-                self.settings,
-                solver=self.solver,
-                extension=self.extension,
-                count=self.starts,
-                seed=self.seed,
-                jobs=self.jobs,
-                timeout=self.timeout,
-                progress=bar("solving starts", self.starts).advance,
-            )
+            plan = self._plan(observation, hand, bar("solving starts", self.starts).advance)
         outcome = plan.summary()
         results.save(plan.arrays(), outcome, folder, plan.histories())
         pages = []
@@ -79,6 +69,24 @@ class Solve(Abstaining, Extending, Observing):
             console.print(Text.assemble(("abstained:", "red"), f" {said}"), soft_wrap=True)
         return codes.FEASIBLE if plan.best and not refusal else codes.NONE_FEASIBLE
 
+    def _plan(self, observation: Observation, hand: Hand, progress: Callable[[object], None]) -> Plan:
+        around = self.surroundings
+        return solve(
+            observation,
+            hand,
+            self.settings,
+            obstacles=around.obstacles,
+            avoid=around.avoid,
+            touch=around.touch,
+            solver=self.solver,
+            extension=self.extension,
+            count=self.starts,
+            seed=self.seed,
+            jobs=self.jobs,
+            timeout=self.timeout,
+            progress=progress,
+        )
+
 
 def _show(console: Console, plan: Plan, summary: dict[str, Any], files: list[Path], asked: Solve) -> None:
     for note in plan.observation.notes:
@@ -91,7 +99,7 @@ def _show(console: Console, plan: Plan, summary: dict[str, Any], files: list[Pat
     for line in tables.pose_lines(plan, plan.solutions[0]) if plan.solutions else []:
         console.print(line, soft_wrap=True)
     lacks.tell(console)
-    compiling.offer(console, plan.problem.hand, asked)
+    compiling.offer(console, plan.problem.hand, asked, plan.problem.around)
     if plan.best:
         console.print(confidence.words(plan.best.confidence), soft_wrap=True)
     console.print(tables.headline(plan))

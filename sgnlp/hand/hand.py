@@ -51,6 +51,7 @@ class Hand:
     pairs: tuple[tuple[int, int], ...]
     """Indices into `spheres` of the pairs checked for self-collision."""
     wrist_starts: tuple[WristStart, ...]
+    palm: Array  # (3,) the direction that the palm looks in, in the root's frame
     gain_lower: Array  # (m,) [N/m]
     gain_upper: Array  # (m,) [N/m]
     gain_initial: Array  # (m,) [N/m]
@@ -135,6 +136,7 @@ def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
         tip_spheres=spheres.pads,
         pairs=spheres.pairs,
         wrist_starts=hand_file.wrist_starts(data["wrist"]),
+        palm=hand_file.palm_direction(data["wrist"]),
         gain_lower=gain_lower,
         gain_upper=gain_upper,
         gain_initial=gain_initial,

@@ -205,6 +205,12 @@ def wrist_starts(node: Any) -> tuple[WristStart, ...]:
     return tuple(starts)
 
 
+def palm_direction(node: Any) -> Array:
+    """The unit vector (3,) that the palm looks in, in the root's frame: down where `root_euler_deg` alone turns it."""
+    turn = _rotation(mapping(node, "wrist", ("root_euler_deg", "starts"))["root_euler_deg"], "root_euler_deg")
+    return frozen(turn.T @ [0.0, 0.0, -1.0])
+
+
 def _rotation(euler_deg: Any, where: str) -> Array:
     """The rotation Rx(a) Ry(b) Rz(c) of intrinsic XYZ angles (3,) [deg]."""
     angles = np.radians(numbers(euler_deg, (3,), where))

@@ -8,6 +8,7 @@ from sgnlp.base.errors import InputError, unknown
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
 from sgnlp.planning.solvers.solver import Solver
+from sgnlp.program.around import ALONE, Around
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.constraints import preset_constraints
 from sgnlp.program.formulation import Formulation
@@ -57,19 +58,19 @@ class Additions:
         """The formulation of a plan with these settings."""
         return self.formulation or formulation(settings.solver.formulation)
 
-    def structures(self, settings: Settings) -> list[Structure]:
-        """The structures of the programs that a plan with these settings solves in turn."""
-        terms, constraints = self.all_terms(settings), self.all_constraints(settings)
+    def structures(self, settings: Settings, around: Around = ALONE) -> list[Structure]:
+        """The structures of the programs that a plan with these settings solves in turn among such surroundings."""
+        terms, constraints = self.all_terms(settings), self.all_constraints(settings, around)
         phases = self.chosen(settings).phases(settings.solver)
-        return [structure(settings, phase.formulation, terms, constraints) for phase in phases]
+        return [structure(settings, phase.formulation, terms, constraints, around) for phase in phases]
 
     def all_terms(self, settings: Settings) -> tuple[Term, ...]:
         """The terms of a plan with these settings; raises `InputError` for a name that is twice or not there."""
         return _joined("term", preset_terms(settings), self.terms, self.without_terms)
 
-    def all_constraints(self, settings: Settings) -> tuple[Constraint, ...]:
+    def all_constraints(self, settings: Settings, around: Around = ALONE) -> tuple[Constraint, ...]:
         """The constraints of a plan with these settings; raises `InputError` for a name that is twice or not there."""
-        return _joined("constraint", preset_constraints(settings), self.constraints, self.without_constraints)
+        return _joined("constraint", preset_constraints(settings, around), self.constraints, self.without_constraints)
 
 
 NOTHING = Additions()

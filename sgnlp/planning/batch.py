@@ -23,6 +23,7 @@ from sgnlp.planning.extension import Extension
 from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.solve import solve
 from sgnlp.planning.solvers import settled
+from sgnlp.planning.surroundings import NOWHERE, Surroundings
 from sgnlp.planning.workers import Workers, each, one_at_a_time
 
 
@@ -41,6 +42,7 @@ class Task:
     solver: str | None = None
     reading: Reading = PLAIN
     extension: Extension | None = None
+    surroundings: Surroundings = NOWHERE
     root: Path = field(default_factory=Path.cwd)
 
     def load(self, file: Path) -> Observation:
@@ -126,7 +128,8 @@ def plan(task: Task, file: Path) -> Planned:
     with one_at_a_time():
         hand = load_hand(task.hand, task.settings.spheres)
         options = {"count": task.count, "seed": task.seed, "timeout": task.timeout, "solver": task.solver}
-        found = solve(task.load(file), hand, task.settings, jobs=1, extension=task.extension, **options)  # type: ignore[arg-type]
+        around = dict(task.surroundings.kinds())
+        found = solve(task.load(file), hand, task.settings, jobs=1, extension=task.extension, **around, **options)  # type: ignore[arg-type]
         return found.arrays(), found.summary(), found.histories()
 
 
@@ -167,7 +170,8 @@ def _expected(task: Task) -> dict[str, Any]:
     told = {"file": task.extension.file, "sha256": task.extension.digest} if task.extension else None
     own = task.extension.additions().solver if task.extension else None
     solver = settled(task.solver or own, task.settings.solver)
-    return json.loads(json.dumps(made | {"timeout": task.timeout, "extension": told, "solver": solver.told()}))
+    made |= {"timeout": task.timeout, "extension": told, "solver": solver.told()}
+    return json.loads(json.dumps(made | {"surroundings": task.surroundings.plain()}))
 
 
 def _known(folder: Path, expected: dict[str, Any]) -> Grasps | None:

@@ -21,6 +21,7 @@ from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution, torque_share
 from sgnlp.planning.solvers.ipopt import Ipopt
 from sgnlp.planning.solvers.solver import Solver
+from sgnlp.planning.surroundings import NOWHERE, Surroundings
 from sgnlp.program.constraint import Check
 
 
@@ -41,6 +42,7 @@ class Plan:
     seconds: dict[str, float]
     extension: Extension | None = None
     solver: Solver = field(default_factory=Ipopt)
+    given: Surroundings = NOWHERE  # what the user told of, beside what the observation has seen
 
     @property
     def tolerance(self) -> float:
@@ -64,6 +66,7 @@ class Plan:
             "table_height": observation.table_height,
             "hand": self.problem.hand.name,
             "settings": asdict(self.problem.settings, dict_factory=_plain),
+            "surroundings": self.given.plain(),
             "seed": self.seed,
             "starts": len(self.solutions) + len(self.failures),
             "timeout": self.timeout,

@@ -98,7 +98,7 @@ class Planner:
         self.stages = []
         for phase in problem.phases:
             nlp = program(problem.hand, problem.structure(phase.formulation), chosen.compiled)
-            oracle = join(nlp, problem.gpis, chosen.compiled)
+            oracle = join(nlp, problem.gpis, chosen.compiled, problem.fields)
             self.stages.append(Stage(oracle, metered(oracle), phase.iterations))
 
     def instance(self, stage: Stage, start: Start) -> NlpInstance:

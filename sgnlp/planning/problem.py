@@ -1,6 +1,7 @@
 """A planning problem: a hand, a fitted surface and settings, as numbers for the nonlinear program."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.additions import NOTHING, Additions
+from sgnlp.planning.surroundings import NOWHERE, Surroundings
+from sgnlp.program.around import Around, Fields
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.formulation import Formulation, Phase
 from sgnlp.program.nlp import Nlp
@@ -49,6 +52,17 @@ class Problem:
     terms: tuple[Term, ...]
     constraints: tuple[Constraint, ...]
     formulation: Formulation
+    surroundings: Surroundings = NOWHERE
+
+    @property
+    def around(self) -> Around:
+        """Which surroundings its programs know."""
+        return self.surroundings.around(self.settings)
+
+    @cached_property
+    def fields(self) -> Fields:
+        """The distances to them."""
+        return self.surroundings.fields(self.table_height)
 
     @property
     def phases(self) -> tuple[Phase, ...]:
@@ -57,7 +71,7 @@ class Problem:
 
     def structure(self, formulation: Formulation) -> Structure:
         """The structure of the symbolic functions of a formulation of this problem."""
-        return structure(self.settings, formulation, self.terms, self.constraints)
+        return structure(self.settings, formulation, self.terms, self.constraints, self.around)
 
     def weights(self) -> Array:
         """The weights (T,) of the terms."""
@@ -86,6 +100,8 @@ class Problem:
             "table": self.table_height,
             "ball_centre": self.gpis.centre,
             "ball_radius": self.gpis.radius,
+            "standoff": self.settings.motion.standoff,
+            "lift": self.settings.motion.lift,
         }
 
     def parameters(self, nlp: Nlp, wrist: Array, joints: Array) -> Array:
@@ -164,11 +180,16 @@ def build_problem(
     settings: Settings,
     seed: int = 0,
     additions: Additions = NOTHING,
+    surroundings: Surroundings = NOWHERE,
 ) -> Problem:
-    """Fit the surface of an observation and put together the problem of grasping it."""
+    """Fit the surface of an observation and put together the problem of grasping it among its surroundings.
+
+    What the observation itself has seen around the object is put into shapes and added to these.
+    """
     hand = load_hand(hand, settings.spheres) if isinstance(hand, str) else hand
     with threadpool_limits(1):  # the bits of a factorisation depend on the number of threads
         gpis = fit(training_set(observation, settings.gpis, seed, additions.kernel, settings.free_space))
+    surroundings = surroundings.and_seen(observation)
     box = np.stack([observation.points.min(axis=0), observation.points.max(axis=0)])
     return Problem(
         hand=hand,
@@ -178,8 +199,11 @@ def build_problem(
         table_height=observation.table_height,
         com=_centre_of_mass(gpis, box, observation.table_height),
         terms=additions.all_terms(settings),
-        constraints=additions.all_constraints(settings if gpis.free_space else _with_reserve(settings)),
+        constraints=additions.all_constraints(
+            settings if gpis.free_space else _with_reserve(settings), surroundings.around(settings)
+        ),
         formulation=additions.chosen(settings),
+        surroundings=surroundings,
     )
 
 

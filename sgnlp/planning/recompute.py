@@ -50,6 +50,7 @@ def recompute(problem: Problem, at: Posture) -> tuple[Grasp, Array]:
     path = (along * o[:, None] + (1 - along) * a[:, None]).reshape(-1, 3)
     normals = gpis.normal(p)
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
+    feet = p - (hand.tip_radii * contact.pad)[:, None] * normals
     parts = Parts(
         wrist_position=root.translation,
         wrist_rotation=root.rotation,
@@ -70,15 +71,30 @@ def recompute(problem: Problem, at: Posture) -> tuple[Grasp, Array]:
         translation=t,
         stiffness=rho,
         normals=normals,
-        gaps=gpis.distance(p - (hand.tip_radii * contact.pad)[:, None] * normals),
+        gaps=gpis.distance(feet),
         contact_deviations=gpis.distance_deviation(p),
         path_distances=gpis.distance(path),
         path_deviations=gpis.distance_deviation(path),
         target_means=gpis.mean(o),
         sphere_distances=gpis.distance(s),
         link_distances_contact=gpis.distance(np.delete(spheres, hand.tip_spheres, axis=0)),
+        obstacle_distances=_obstacle_distances(problem, root.rotation, s, spheres),
+        avoid_distances=problem.fields.avoid.distance(feet) if problem.around.avoid else np.zeros(0),
+        touch_distances=problem.fields.touch.distance(feet) if problem.around.touch else np.zeros(0),
     )
     return assemble(parts, hand, SimpleNamespace(**problem.numbers()), K, contact.density, Numeric()), t
+
+
+def _obstacle_distances(problem: Problem, rotation: Array, spheres: Array, spheres_contact: Array) -> Array:
+    """Exact distances ((3 + A) S,) [m] of the spheres from what stands around, at the postures of `program.around`."""
+    around, motion, fields = problem.around, problem.settings.motion, problem.fields
+    if not around.obstacles:
+        return np.zeros(0)
+    ahead = motion.standoff * rotation @ problem.hand.palm
+    approach = [spheres - share * ahead for share in np.arange(1, around.approach + 1) / around.approach]
+    lifted = spheres_contact + np.array([0.0, 0.0, motion.lift])
+    still = [fields.near.distance(points) for points in (spheres, spheres_contact)]
+    return np.concatenate([*still, *(fields.way.distance(points) for points in (*approach, lifted))])
 
 
 def rotation_angle(R: Any) -> float:

@@ -14,6 +14,7 @@ from sgnlp.planning.extension import extension
 from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.planning.results import load_grasps
+from sgnlp.planning.surroundings import Surroundings
 
 
 def settings(meta: dict[str, Any]) -> Settings:
@@ -66,7 +67,8 @@ def observation(grasps: Grasps, folder: Path, file: Path | None = None) -> Obser
 def problem(grasps: Grasps, cloud: Observation, hand: Hand) -> Problem:
     """The problem that the grasps solve: the same seed and settings fit the same surface."""
     added = additions(grasps.meta)
-    found = build_problem(cloud, hand, settings(grasps.meta), int(grasps.meta["seed"]), added)
+    given = Surroundings.restored(grasps.meta.get("surroundings", {}))
+    found = build_problem(cloud, hand, settings(grasps.meta), int(grasps.meta["seed"]), added, given)
     names = {
         "terms": [term.name for term in found.terms],
         "constraints": [constraint.name for constraint in found.constraints],

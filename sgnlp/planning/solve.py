@@ -10,6 +10,7 @@ from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand
 from sgnlp.perception.observation import Observation
+from sgnlp.perception.shape import Shape
 from sgnlp.planning.additions import Additions
 from sgnlp.planning.confidence import with_confidence
 from sgnlp.planning.extension import Extension
@@ -21,6 +22,7 @@ from sgnlp.planning.solution import Solution, rank
 from sgnlp.planning.solvers import settled, solver_named
 from sgnlp.planning.solvers.solver import Solver
 from sgnlp.planning.starts import starts
+from sgnlp.planning.surroundings import Surroundings
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.formulation import Formulation
 from sgnlp.program.terms import Term
@@ -32,6 +34,9 @@ def solve(
     hand: str | Hand = "allegro_left",
     settings: Settings = ROBUST,
     *,
+    obstacles: Sequence[Shape] = (),
+    avoid: Sequence[Shape] = (),
+    touch: Sequence[Shape] = (),
     terms: Sequence[Term] = (),
     constraints: Sequence[Constraint] = (),
     without_terms: Sequence[str] = (),
@@ -52,6 +57,9 @@ def solve(
         observation: the cloud, from `sgnlp.load` or `sgnlp.observe`.
         hand: name of a hand, or a loaded one.
         settings: all settings; `sgnlp.preset` has "robust" (default) and "paper".
+        obstacles: what the hand stays clear of, beside the table and what the observation has seen around the object.
+        avoid: regions in which no finger is to touch the object.
+        touch: regions in one of which each finger is to touch it.
         terms: added to those of the settings; one of a built-in name takes that one's place.
         constraints: the same.
         without_terms: names of built-in terms to leave out.
@@ -80,7 +88,8 @@ def solve(
     additions = additions.and_of(extension.additions()) if extension else additions
     chosen = settled(additions.solver, settings.solver)
     near = moved_cloud(observation, -middle) if far else observation
-    problem = build_problem(near, hand, settings, seed, additions)
+    given = Surroundings(tuple(obstacles), tuple(avoid), tuple(touch))
+    problem = build_problem(near, hand, settings, seed, additions, given.moved(-middle) if far else given)
     fitted = time.perf_counter()
     results = []
     with closing(solve_all(problem, starts(problem, count, seed), jobs, timeout, chosen)) as ended:
@@ -95,5 +104,5 @@ def solve(
     failures = sorted((r for r in results if isinstance(r, Failure)), key=lambda f: f.start)
     seconds = {"fit": fitted - begin, "solve": time.perf_counter() - fitted}
     return Plan(
-        observation, problem, tuple(solutions), tuple(failures), seed, jobs, timeout, seconds, extension, chosen
+        observation, problem, tuple(solutions), tuple(failures), seed, jobs, timeout, seconds, extension, chosen, given
     )

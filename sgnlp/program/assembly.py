@@ -47,6 +47,9 @@ class Parts:
     target_means: Any  # (m,) [m]
     sphere_distances: Any  # (S,) [m], metric distance of the spheres' centres
     link_distances_contact: Any  # (S - m,) [m], the same of every sphere but the pads, at first contact
+    obstacle_distances: Any  # ((3 + A) S,) [m] of the centres at the points of `around`, none without obstacles
+    avoid_distances: Any  # (m,) [m]
+    touch_distances: Any  # (m,) [m]
 
 
 class Arrays(Protocol):
@@ -150,7 +153,10 @@ def assemble(parts: Parts, hand: Hand, given: SimpleNamespace, samples: int, den
         force_min=given.force_min,
         path_samples=samples,
         density_share=density == "share",
+        avoid_distances=parts.avoid_distances,
+        touch_distances=parts.touch_distances,
         **_clearances(parts, hand, given, samples, xp),
+        **_surroundings(parts, hand),
     )
 
 
@@ -178,6 +184,15 @@ def _clearances(parts: Parts, hand: Hand, given: SimpleNamespace, samples: int, 
         "contact_heights": parts.contacts[:, 2] - pads - given.table,
         "contact_heights_eq": parts.contacts_eq[:, 2] - pads - given.table,
     }
+
+
+def _surroundings(parts: Parts, hand: Hand) -> dict[str, Any]:
+    """The clearances from obstacles, posture by posture."""
+    radii, distances = np.array([sphere.radius for sphere in hand.spheres]), parts.obstacle_distances
+    S, total = len(radii), distances.shape[0]
+    gaps = distances - np.tile(radii, total // S)
+    postures = {"": (0, S), "_contact": (S, 2 * S), "_approach": (2 * S, total - S), "_lift": (total - S, total)}
+    return {f"obstacle_clearances{name}": gaps[low:high] if total else gaps for name, (low, high) in postures.items()}
 
 
 def _columns(pairs: Sequence[tuple[int, int]]) -> tuple[list[int], list[int]]:

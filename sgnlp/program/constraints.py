@@ -5,6 +5,7 @@ from math import cos, inf, radians
 from typing import Any
 
 from sgnlp.base.settings import Settings
+from sgnlp.program.around import ALONE, Around
 from sgnlp.program.constraint import EFFORT, FORCE, GAIN, LENGTH, NUMBER, STIFFNESS, TORQUE, TRACE, Constraint, Unit
 from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.program.grasp import Grasp
@@ -48,6 +49,12 @@ def _margins_initial(g: Grasp, op: Ops) -> Any:
 
 def _margins_equilibrium(g: Grasp, op: Ops) -> Any:
     return margins(g.forces_eq, g.normals_eq, g.friction, op)
+
+
+def _approach(g: Grasp, op: Ops) -> Any:
+    """The least clearance of each sphere from obstacles, over the postures from the stand-off to the pregrasp."""
+    S, gaps = g.spheres.shape[0], g.obstacle_clearances_approach
+    return op.closest(g.obstacle_clearances, *(gaps[k : k + S] for k in range(0, gaps.shape[0], S)))
 
 
 def _each(over: str, unit: Unit, tolerance: float) -> dict[str, Any]:
@@ -137,6 +144,20 @@ CONSTRAINTS: tuple[Constraint, ...] = (
         about="links clear of each other at the pregrasp",
     ),
     Constraint(
+        "obstacles",
+        _approach,
+        **CLEAR | {"over": "sphere"},
+        about="hand clear of obstacles on the straight way from the stand-off to the pregrasp",
+    ),
+    Constraint(
+        "obstacles_contact",
+        lambda g, op: op.closest(g.obstacle_clearances_contact, g.obstacle_clearances_lift),
+        **CLEAR | {"over": "sphere"},
+        about="hand clear of obstacles at first contact, and when it has risen with the object",
+    ),
+    Constraint("avoid", lambda g, op: g.avoid_distances, **CLEAR, about="contact points off the regions to avoid"),
+    Constraint("touch", lambda g, op: g.touch_distances, **CLEAR, about="contact points within the regions to touch"),
+    Constraint(
         "contact_table", lambda g, op: g.contact_heights, **CLEAR, about="pads above the table at first contact"
     ),
     Constraint(
@@ -188,9 +209,9 @@ CONSTRAINTS: tuple[Constraint, ...] = (
 """All built-in constraints without their bounds, in the order of the rows of g."""
 
 
-def preset_constraints(settings: Settings) -> tuple[Constraint, ...]:
-    """The built-in constraints that settings ask for, with their bounds."""
-    bounds = _bounds(settings)
+def preset_constraints(settings: Settings, around: Around = ALONE) -> tuple[Constraint, ...]:
+    """The built-in constraints that settings ask for among such surroundings, with their bounds."""
+    bounds = _bounds(settings) | _surroundings(settings, around)
     return tuple(replace(c, lower=bounds[c.name][0], upper=bounds[c.name][1]) for c in CONSTRAINTS if c.name in bounds)
 
 
@@ -216,6 +237,19 @@ def _bounds(s: Settings) -> dict[str, tuple[float, float]]:
     if s.contact.heuristic > 0:
         bounds["gains"] = (s.contact.heuristic, s.contact.heuristic)
     return bounds | (_compliance(s) if s.contact.metric == "spring" else _closure(s))
+
+
+def _surroundings(s: Settings, around: Around) -> dict[str, tuple[float, float]]:
+    """Those of what stands around the object, as far as it is known."""
+    bounds: dict[str, tuple[float, float]] = {}
+    if around.obstacles:
+        clear = s.limits.obstacle_margin, inf
+        bounds |= {"obstacles": clear, "obstacles_contact": clear}
+    if around.avoid:
+        bounds["avoid"] = (s.limits.region_margin, inf)
+    if around.touch:
+        bounds["touch"] = (-inf, -s.limits.region_margin)
+    return bounds
 
 
 def _compliance(s: Settings) -> dict[str, tuple[float, float]]:

@@ -66,6 +66,12 @@ class Grasp:
     object_clearances_contact: Any  # (S - m,) [m], of every sphere but the pads, at first contact
     table_clearances_contact: Any  # (S - m,) [m]
     pair_clearances_contact: Any  # (P,) [m]
+    obstacle_clearances: Any  # (S,) [m] of every sphere from what stands around; none of these rows without obstacles
+    obstacle_clearances_contact: Any  # (S,) [m], at first contact
+    obstacle_clearances_approach: Any  # (A S,) [m], from obstacles and table, posture by posture back to the stand-off
+    obstacle_clearances_lift: Any  # (S,) [m], the same with the hand at contact lifted
+    avoid_distances: Any  # (m,) [m], of the contact points to the regions that fingers stay off; none without them
+    touch_distances: Any  # (m,) [m], to the regions that fingers are to touch: negative inside
     ball_clearances: Any  # (m,) [m], of the pregrasp tips inside the ball of the surface model
     contact_heights: Any  # (m,) [m], of the pads over the table at first contact
     contact_heights_eq: Any  # (m,) [m]

@@ -25,7 +25,8 @@ class Model:
     """The symbolic grasp: what is lifted and how everything follows from it.
 
     `par` are the symbols of the parameters, `units` (nx,) those of the scaled variables `lifting.x`. `given` are the
-    query points that follow from the variables alone, `pads` (m,) [m] how far the feet lie below the contacts.
+    query points that follow from the variables alone, `pads` (m,) [m] how far the feet lie below the contacts, `around`
+    (P, 3) [m] the points of `sgnlp.program.around`, `field_jets` the jets there and at the feet.
     """
 
     def __init__(self, hand: Hand, structure: Structure, lifting: Lifting, par: SimpleNamespace, units: Array):
@@ -57,6 +58,7 @@ class Model:
         feet = lifting.lift("feet", self._p - ca.repmat(self.pads, 1, 3) * self._n)
         z = ca.vertcat(self._p, tau, self._s, links, feet, self._o)
         self._delta = z - lifting.freeze("origin", z)  # displacements: 0 with derivative 1
+        self._surround(hand, structure, lifting, par, frames)
         parts = self._parts(hand, structure, lifting, par, frames)
         given = SimpleNamespace(**vars(par) | {"rotation_desired": ca.reshape(par.rotation_desired, 3, 3)})
         self.grasp = assemble(parts, hand, given, K, structure.density, Symbolic())
@@ -77,6 +79,26 @@ class Model:
         return _Contact(
             frames, angles, where, tips, self._spheres(hand, lifting, "spheres_contact", frames.spheres, tips)
         )
+
+    def _surround(
+        self, hand: Hand, structure: Structure, lifting: Lifting, par: SimpleNamespace, frames: Frames
+    ) -> None:
+        """The points at which distances to the surroundings are asked for, and their displacements."""
+        around, S, m = structure.around, len(hand.spheres), len(hand.fingers)
+        self.around = ca.SX(0, 3)
+        if around.obstacles:
+            ahead = lifting.lift("palm", frames.rotation @ ca.SX(hand.palm))
+            back = [-par.standoff * (j + 1) / around.approach * ahead.T for j in range(around.approach)]
+            approach = [self._s + ca.repmat(step, S, 1) for step in back]
+            lifted = self._contact.spheres + ca.repmat(ca.horzcat(0, 0, par.lift), S, 1)
+            self.around = ca.vertcat(self._s, self._contact.spheres, *approach, lifted)
+        self.field_jets = ca.SX.sym("field_jets", around.points(S) + around.regions(m), JET)
+        feet = self._delta[self.layout.before_feet : self.layout.before_feet + m, :]
+        delta = self.around - lifting.freeze("around_origin", self.around)
+        delta = ca.vertcat(delta, *[feet] * (around.avoid + around.touch))
+        distances = lifting.lift("around", expand(self.field_jets, delta)) if delta.shape[0] else ca.SX(0, 1)
+        cuts = np.cumsum([0, around.points(S), m * around.avoid, m * around.touch]).tolist()
+        self._obstacles, self._avoid, self._touch = ca.vertsplit(distances, cuts)
 
     def _normals(self, delta: ca.SX) -> ca.SX:
         """Normals (m, 3) at the contacts displaced by delta (m, 3) [m]."""
@@ -131,6 +153,9 @@ class Model:
             target_means=expand(self.jets[3], delta[D:, :]),
             sphere_distances=distance[V : V + S],
             link_distances_contact=distance[V : V + S][_links(hand)] if at.tips is None else distance[V + S : D - m],
+            obstacle_distances=self._obstacles,
+            avoid_distances=self._avoid,
+            touch_distances=self._touch,
         )
 
 

@@ -16,6 +16,7 @@ def labels(hand: Hand) -> dict[str, tuple[str, ...]]:
         "finger": tuple(finger.name for finger in hand.fingers),
         "joint": hand.joint_names,
         "link": tuple(name for i, name in enumerate(spheres) if i not in hand.tip_spheres),
+        "sphere": spheres,
         "pair": tuple(f"{spheres[i]}-{spheres[j]}" for i, j in hand.pairs),
         "axis": AXES,
         "tip": tuple(f"{finger.name}.{axis}" for axis in AXES for finger in hand.fingers),

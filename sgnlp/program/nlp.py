@@ -40,10 +40,11 @@ ENERGY_UNIT = 100.0
 class Nlp:
     """Functions of one structure.
 
-    `points` (x, p) → the given query points (Q - m, 3) [m] and how far the feet lie below the contacts (m) [m];
+    `points` (x, p) → the given query points (Q - m, 3) [m], how far the feet lie below the contacts (m) [m], and the
+    points of `structure.around` (P, 3) [m];
     `objective`, `gradient`, `rows`, `jacobian` (x, p, jets…); `hessian` (x, p, jets…, λ_f, λ_g), the upper triangle;
     `terms` (x, p, jets…), the smooth terms unweighted; `jets`, that of `layout.function()`. The jets are the four
-    blocks of `layout.symbols()`.
+    blocks of `layout.symbols()` and those of `sgnlp.program.around`.
     """
 
     structure: Structure
@@ -82,6 +83,8 @@ def parameter_vector(hand: Hand, terms: int) -> ParameterVector:
         "table": 1,
         "ball_centre": 3,
         "ball_radius": 1,
+        "standoff": 1,
+        "lift": 1,
     }
     widths = {"distance": 1, "collision": 1, "log_width": 1, "force": 1, "deviation": 1, "exponent": 1}
     return ParameterVector(sizes | widths)
@@ -123,12 +126,12 @@ def build(hand: Hand, structure: Structure) -> Nlp:
     parts = [lam_f * w for w in weighted] + [ca.dot(lam, b) for lam, b in zip(split, blocks, strict=True)]
 
     def function(name: str, outputs: list[ca.SX], *more: ca.SX) -> ca.Function:
-        arguments = [lifting.x, p, *model.jets, *more]
+        arguments = [lifting.x, p, *model.jets, model.field_jets, *more]
         return ca.Function(name, arguments, lifting.value(outputs))
 
     return Nlp(
         **frame(hand, structure, [b.numel() for b in blocks]),
-        points=ca.Function("points", [lifting.x, p], lifting.value([model.given, model.pads])),
+        points=ca.Function("points", [lifting.x, p], lifting.value([model.given, model.pads, model.around])),
         objective=function("objective", [energy]),
         gradient=function("gradient", [energy, lifting.gradient(energy)]),
         rows=function("rows", [rows]),

@@ -31,6 +31,7 @@ class Ops(Protocol):
     def hinge(self, d: Any) -> Any: ...  # noqa: D102
     def log(self, u: Any) -> Any: ...  # noqa: D102
     def least(self, bound: Any, f: Any) -> Any: ...  # noqa: D102
+    def closest(self, first: Any, *others: Any) -> Any: ...  # noqa: D102
     def residual(self, A: Any) -> Any: ...  # noqa: D102
     def fingers(self, x: Any, K: int) -> Any: ...  # noqa: D102
     def density(self, d: Any, s: Any) -> Any: ...  # noqa: D102
@@ -89,6 +90,12 @@ class Smooth:
         """min(bound, f) rounded over the width w."""
         return (bound + f - ca.sqrt((bound - f) ** 2 + self.force**2)) / 2
 
+    def closest(self, first: ca.SX, *others: ca.SX) -> ca.SX:
+        """The least of several distances, element by element: (a + b - √((a - b)² + w²))/2, pair after pair."""
+        for other in others:
+            first = (first + other - ca.sqrt((first - other) ** 2 + self.collision**2)) / 2
+        return first
+
     def residual(self, A: ca.SX) -> ca.SX:
         """√(|a|² + w²) row by row (m,), the size of what is to vanish, w the width of forces."""
         return ca.sqrt(ca.sum2(A**2) + self.force**2)
@@ -143,6 +150,10 @@ class Exact:
     def least(self, bound: Any, f: Any) -> Any:
         """min(bound, f)."""
         return np.minimum(bound, f)
+
+    def closest(self, first: Any, *others: Any) -> Any:
+        """The least of several distances, element by element."""
+        return np.min([first, *others], axis=0)
 
     def residual(self, A: Any) -> Any:
         """|a| row by row."""

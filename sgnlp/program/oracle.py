@@ -12,10 +12,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.program.around import ALONE, Around, Fields
 from sgnlp.program.nlp import Nlp
 from sgnlp.surface import native
 from sgnlp.surface.gpis import MEAN_JET, MIN_SLOPE, VARIANCE_JET, Gpis
-from sgnlp.surface.jets import Layout
+from sgnlp.surface.jets import JET, Layout
 
 Array = NDArray[np.float64]
 
@@ -27,10 +28,19 @@ class Surface:
     """The jets of a fitted surface at the last points that were asked for.
 
     The feet follow from the normals at the contacts; `metric` is the `jets` of the `Nlp`. `evaluations` counts the
-    points at which values were taken, `completions` those at which derivatives were.
+    points at which values were taken, `completions` those at which derivatives were. The last of `jets` are those of
+    the surroundings, `fields`, as far as an `Around` asks for them.
     """
 
-    def __init__(self, gpis: Gpis, layout: Layout, metric: ca.Function, compiled: bool = True):
+    def __init__(
+        self,
+        gpis: Gpis,
+        layout: Layout,
+        metric: ca.Function,
+        compiled: bool = True,
+        around: Around = ALONE,
+        fields: Fields | None = None,
+    ):
         self._raw_jets = native.raw_jets(gpis, layout.uncertain, compiled)
         self.layout, self._metric = layout, metric
         self._buffer, self._evaluate = metric.buffer()
@@ -41,12 +51,17 @@ class Surface:
             self._buffer.set_arg(i, raw.data)
         for i, jets in enumerate(self.jets):
             self._buffer.set_res(i, jets.T.data)
+        self._around, self._fields = around, fields or Fields()
+        self.around_points = around.points(layout.S)
+        self.jets.append(np.zeros((self.around_points + around.regions(layout.m), JET), order="F"))
         self._last = np.full((layout.points - layout.m, 3), np.nan), np.full(layout.m, np.nan)
         self._complete = False
         self.evaluations = self.completions = 0
 
-    def update(self, Z: Array, radii: Array, complete: bool) -> None:
-        """Make `jets` those of `Layout.symbols()` at Z (Q - m, 3), radii (m) [m].
+    def update(self, Z: Array, radii: Array, around: Array, complete: bool) -> None:
+        """Make `jets` those of `Layout.symbols()` at Z (Q - m, 3), radii (m) [m], and those of the surroundings.
+
+        Where the hand's points are the same, so are those `around` (P, 3).
 
         Their derivatives are 0 unless they are asked for by `complete`, or were before at the same points.
         """
@@ -54,12 +69,19 @@ class Surface:
             self._last, self._complete = (Z.copy(), radii.copy()), False
             self._values(*self._last)
             self._evaluate()
+            self._surround(around)
             self.evaluations += 1
         if complete and not self._complete:
             self._raw_jets.derivatives(self._Z, self._mean, self._variance)
             self._evaluate()
             self._complete = True
             self.completions += 1
+
+    def _surround(self, points: Array) -> None:
+        """The jets of the surroundings, derivatives included."""
+        if len(self.jets[-1]):
+            feet = self._Z[self.layout.before_feet : self.layout.before_feet + self.layout.m]
+            self.jets[-1][:] = self._fields.jets(self._around, self.layout.S, points, feet)
 
     def _values(self, Z: Array, radii: Array) -> None:
         """Raw jets of the first step at the given points and, between them, at the feet."""
@@ -74,7 +96,7 @@ class Surface:
 
 
 class SurfaceJets(ca.Callback):
-    """Given query points (Q - m, 3) and pad radii (m) [m] → the `jets` of a surface, complete or their values alone."""
+    """Query points (Q - m, 3), pad radii (m), points around (P, 3) [m] → `jets`, complete or their values alone."""
 
     def __init__(self, surface: Surface, complete: bool):
         ca.Callback.__init__(self)
@@ -82,20 +104,20 @@ class SurfaceJets(ca.Callback):
         self.construct("surface_jets" if complete else "surface_values", {})
 
     def get_n_in(self) -> int:
-        """Points and radii."""
-        return 2
+        """Points, radii, points around."""
+        return 3
 
     def get_n_out(self) -> int:
-        """Four blocks of jets."""
+        """Five blocks of jets."""
         return len(self._surface.jets)
 
     def get_sparsity_in(self, i: int) -> ca.Sparsity:
-        """(Q - m, 3) and (m,)."""
-        layout = self._surface.layout
-        return ca.Sparsity.dense(*[(layout.points - layout.m, 3), (layout.m, 1)][i])
+        """(Q - m, 3), (m,) and (P, 3)."""
+        surface, layout = self._surface, self._surface.layout
+        return ca.Sparsity.dense(*[(layout.points - layout.m, 3), (layout.m, 1), (surface.around_points, 3)][i])
 
     def get_sparsity_out(self, i: int) -> ca.Sparsity:
-        """As `Layout.symbols()`."""
+        """As `Layout.symbols()`, and the surroundings'."""
         return ca.Sparsity.dense(*self._surface.jets[i].shape)
 
     def has_eval_buffer(self) -> bool:
@@ -104,8 +126,8 @@ class SurfaceJets(ca.Callback):
 
     def eval_buffer(self, arguments: Sequence[Any], results: Sequence[Any]) -> int:
         """Evaluate what is not known at these points."""
-        Z = np.frombuffer(arguments[0], dtype=float).reshape(3, -1).T
-        self._surface.update(Z, np.frombuffer(arguments[1], dtype=float), self._complete)
+        given, radii, around = (np.frombuffer(a, dtype=float) for a in arguments)
+        self._surface.update(given.reshape(3, -1).T, radii, around.reshape(3, -1).T, self._complete)
         for result, jets in zip(results, self._surface.jets, strict=True):
             if result is not None:
                 np.frombuffer(result, dtype=float)[:] = jets.ravel(order="F")
@@ -141,9 +163,12 @@ class Oracle(Functions):
         return np.array(self.rows(x, p)).ravel()
 
 
-def join(nlp: Nlp, gpis: Gpis, compiled: bool = True) -> Oracle:
-    """The oracle of an `Nlp` over a fitted surface, its jets in C if `compiled` and there is a compiler."""
-    surface = Surface(gpis, nlp.layout, nlp.jets, compiled)
+def join(nlp: Nlp, gpis: Gpis, compiled: bool = True, fields: Fields | None = None) -> Oracle:
+    """The oracle of an `Nlp` over a fitted surface and what stands around it.
+
+    The surface's jets are taken in C if `compiled` and there is a compiler.
+    """
+    surface = Surface(gpis, nlp.layout, nlp.jets, compiled, nlp.structure.around, fields)
     values, jets = SurfaceJets(surface, complete=False), SurfaceJets(surface, complete=True)
     x, p = ca.MX.sym("x", len(nlp.units)), ca.MX.sym("p", sum(nlp.parameters.sizes.values()))
     lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", sum(nlp.row_sizes))

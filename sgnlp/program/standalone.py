@@ -9,6 +9,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.base.errors import InputError
+from sgnlp.program.around import ALONE
 from sgnlp.program.nlp import Nlp
 from sgnlp.surface.gpis import MIN_SLOPE, Gpis
 from sgnlp.surface.jets import JET
@@ -38,9 +40,14 @@ def functions(nlp: Nlp, gpis: Gpis, p: Array) -> dict[str, ca.Function]:
 
 
 def blocks(nlp: Nlp, gpis: Gpis, x: ca.MX, p: ca.MX, complete: bool) -> list[ca.MX]:
-    """The blocks of `Layout.symbols()`; without derivatives where CasADi is to find them itself."""
+    """The blocks of `Layout.symbols()`; without derivatives where CasADi is to find them itself.
+
+    Raises `InputError` for a program among obstacles or with regions, whose distances are no expression of CasADi.
+    """
     layout = nlp.layout
-    given, depths = nlp.points(x, p)
+    if nlp.structure.around != ALONE:
+        raise InputError("a program with obstacles or regions does not stand alone: leave them out")
+    given, depths, _ = nlp.points(x, p)
     m, before = layout.m, layout.before_feet
     slopes = Posterior(gpis, given[:m, :]).gradient()
     normals = slopes / ca.repmat(ca.sqrt(ca.sum2(slopes**2) + MIN_SLOPE**2), 1, 3)
@@ -48,9 +55,9 @@ def blocks(nlp: Nlp, gpis: Gpis, x: ca.MX, p: ca.MX, complete: bool) -> list[ca.
     Z = ca.vertcat(given[:before, :], feet, given[before:, :])
     every, uncertain = Posterior(gpis, Z), Posterior(gpis, given[: layout.uncertain, :])
     if complete:
-        return list(nlp.jets(every.mean_jet().T, uncertain.variance_jet().T))
+        return [*nlp.jets(every.mean_jet().T, uncertain.variance_jet().T), ca.MX(0, JET)]
     mean, slope = every.mean(), ca.sqrt(ca.sum2(every.gradient() ** 2) + MIN_SLOPE**2)
     D, V = layout.distances, layout.uncertain
     columns = [(mean / slope)[:D], uncertain.variance() / slope[:V] ** 2, *ca.horzsplit(normals), mean[D:]]
     distance, deviation, *axes, targets = [ca.horzcat(c, ca.MX.zeros(c.numel(), JET - 1)) for c in columns]
-    return [distance, deviation, ca.horzcat(*axes), targets]
+    return [distance, deviation, ca.horzcat(*axes), targets, ca.MX(0, JET)]

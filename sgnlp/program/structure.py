@@ -6,6 +6,7 @@ from math import inf
 
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand
+from sgnlp.program.around import ALONE, Around
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.formulation import Formulation
 from sgnlp.program.terms.term import Term
@@ -26,6 +27,7 @@ class Structure:
     at_contact: AtContact  # the variables of the hand at first contact that the program has
     terms: tuple[Term, ...]  # of weight 1
     constraints: tuple[Constraint, ...]  # without bounds
+    around: Around = ALONE
 
     def variables(self, hand: Hand) -> Variables:
         """All variables of the program, in their order."""
@@ -52,7 +54,7 @@ class Structure:
         parts = [_key(self.formulation, type(self.formulation).__module__)]
         parts += [_key(term, type(term).__module__) for term in self.terms]
         parts += [_key(c, getattr(c.value, "__module__", None) or "") for c in self.constraints]
-        numbers = f"{self.samples} {self.density} {self.equilibrium} {self.at_contact}"
+        numbers = f"{self.samples} {self.density} {self.equilibrium} {self.at_contact} {self.around}"
         return None if None in parts else " ".join([numbers, *map(str, parts)])
 
 
@@ -66,7 +68,11 @@ def _key(part: Formulation | Term | Constraint, module: str) -> str | None:
 
 
 def structure(
-    settings: Settings, formulation: Formulation, terms: Sequence[Term], constraints: Sequence[Constraint]
+    settings: Settings,
+    formulation: Formulation,
+    terms: Sequence[Term],
+    constraints: Sequence[Constraint],
+    around: Around = ALONE,
 ) -> Structure:
     """The structure of a formulation of a plan's terms and constraints.
 
@@ -83,4 +89,5 @@ def structure(
         at_contact=AtContact(planned, planned and closing.c_freedom > 0),
         terms=tuple(replace(term, weight=1.0) for term in terms),
         constraints=tuple(replace(c, lower=-inf, upper=inf) for c in constraints),
+        around=around,
     )

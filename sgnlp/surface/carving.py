@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from sgnlp.base.arrays import Array
-from sgnlp.base.settings import FreeSpace
+from sgnlp.base.surface_settings import FreeSpace
 from sgnlp.perception.free_space import Sight
 from sgnlp.perception.observation import Observation
 from sgnlp.perception.sampling import farthest_points

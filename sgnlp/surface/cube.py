@@ -8,7 +8,7 @@ negative one. A copy of the cloud on the table closes the surface below, where n
 import numpy as np
 
 from sgnlp.base.arrays import Array
-from sgnlp.base.settings import GpisSettings
+from sgnlp.base.surface_settings import GpisSettings
 from sgnlp.perception.observation import Observation
 from sgnlp.perception.sampling import farthest_points
 from sgnlp.surface.samples import Samples

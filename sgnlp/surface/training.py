@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from scipy.spatial.distance import pdist
 
 from sgnlp.base.arrays import Array
-from sgnlp.base.settings import FreeSpace, GpisSettings
+from sgnlp.base.surface_settings import FreeSpace, GpisSettings
 from sgnlp.perception.free_space import Sight, doubt
 from sgnlp.perception.observation import Observation
 from sgnlp.surface.carving import carved_samples

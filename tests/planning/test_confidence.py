@@ -13,7 +13,8 @@ from scenes import REACHING, SMALL, hand
 from scipy.spatial import cKDTree
 from views import ball
 
-from sgnlp.base.settings import FreeSpace, Settings
+from sgnlp.base.settings import Settings
+from sgnlp.base.surface_settings import FreeSpace
 from sgnlp.hand.kinematics import frames
 from sgnlp.planning import confidence
 from sgnlp.planning.confidence import MODEL, Feature, Model, known, refusal, values, with_confidence, words

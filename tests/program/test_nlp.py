@@ -8,7 +8,8 @@ import pytest
 from finite_differences import assert_jacobian, jacobian
 from scenes import REACHING, SMALL, block, exact_grasp, hand, oracle, posed, random_point, with_added
 
-from sgnlp.base.settings import Contact, GpisSettings, Settings, Weights
+from sgnlp.base.settings import Contact, Settings, Weights
+from sgnlp.base.surface_settings import GpisSettings
 from sgnlp.experiments.benchmarks.plain import plain, plain_hessian
 from sgnlp.program.formulations import formulation
 from sgnlp.program.nlp import build

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from views import BOX, EYES, MIDDLE, RADIUS, ball, box_seen, cup_seen
 
-from sgnlp.base.settings import FreeSpace, GpisSettings
+from sgnlp.base.surface_settings import FreeSpace, GpisSettings
 from sgnlp.perception.observation import observe
 from sgnlp.surface.gpis import fit
 from sgnlp.surface.hull import cameras_of, visual_hull

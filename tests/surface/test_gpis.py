@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scenes import SEMI_AXES, observation, random_rotation, sphere_points, surface
 
 from sgnlp.base.errors import InputError
-from sgnlp.base.settings import GpisSettings
+from sgnlp.base.surface_settings import GpisSettings
 from sgnlp.surface.cube import cube_directions
 from sgnlp.surface.gpis import Gpis, fit
 from sgnlp.surface.kernels import KERNELS, ThinPlate

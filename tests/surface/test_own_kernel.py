@@ -10,7 +10,7 @@ from scenes import SMALL, observation, sphere_points, surface
 from wendland import EXTENSION, Wendland, WendlandInFull
 
 import sgnlp
-from sgnlp.base.settings import GpisSettings
+from sgnlp.base.surface_settings import GpisSettings
 from sgnlp.planning import reopen
 from sgnlp.surface.elementwise import OPERATIONS, Elementwise
 from sgnlp.surface.gpis import Gpis, fit

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scenes import observation
 
-from sgnlp.base.settings import GpisSettings
+from sgnlp.base.surface_settings import GpisSettings
 from sgnlp.surface.cube import cube_directions, interior_mixtures
 from sgnlp.surface.training import training_set
 

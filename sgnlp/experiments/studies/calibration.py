@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
 from sgnlp.base.errors import InputError
-from sgnlp.base.settings import FreeSpace
+from sgnlp.base.surface_settings import FreeSpace
 from sgnlp.experiments.frames import Frame, Lines, Tables
 from sgnlp.experiments.studies.study import Setup, Study, over_views
 from sgnlp.experiments.studies.trials import HALVES

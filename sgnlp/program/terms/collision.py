@@ -11,7 +11,7 @@ SLOPE = 1 / 0.01**2
 
 
 class Collision(Term):
-    """E_col = SLOPE Σ max(0, -clearance) over self pairs, spheres against the object, spheres against the table.
+    """E_col = SLOPE Σ max(0, -clearance) over self pairs, spheres against the object, the table and obstacles.
 
     The printed 1/d jumps at d = r and rewards penetration; the hinge has its slope at contact and no pole.
     """
@@ -23,4 +23,7 @@ class Collision(Term):
     def value(self, g: Grasp, op: Ops) -> Any:
         """Penetrations in metres times the slope."""
         hand = (g.pair_clearances, g.object_clearances, g.table_clearances)
-        return SLOPE * sum(op.sum(op.hinge(-clearance)) for clearance in (*hand, g.pad_clearances, g.pad_heights))
+        clearances = [*hand, g.pad_clearances, g.pad_heights]
+        if g.obstacle_clearances.shape[0]:
+            clearances += [g.obstacle_clearances, g.obstacle_clearances_contact, g.obstacle_clearances_approach]
+        return SLOPE * sum(op.sum(op.hinge(-clearance)) for clearance in clearances)

@@ -1,0 +1,86 @@
+"""What a camera saw around the object as convex shapes: upright boxes around the points of each thing.
+
+A cluster gets the upright box of least area around its points, turned about z, down to the table where it stands on it.
+It is parted in two across its longest edge as long as the parts are much smaller together, or the box holds points of
+the object. So an L-shaped thing, or a wall on two sides, leaves its inner corner free.
+"""
+
+from itertools import chain
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from sgnlp.base.arrays import Array
+from sgnlp.perception.observation import Observation
+from sgnlp.perception.shape import Shape
+
+STANDING = 0.03
+"""[m] What begins no higher above the table stands on it: below its seen points it is solid, or hidden."""
+INFLATION = 0.005
+"""[m] Boxes are rounded outwards by so much: noise of a point and error of a camera's pose."""
+THIN = 0.002
+"""[m] Least edge of a box."""
+GAIN, PARTS = 0.75, 4
+"""A box is parted if its halves have at most this share of its volume, and at most so many times in a row."""
+FEWEST = 4
+"""Points that make a box; scattered ones are boxed too, but not parted."""
+
+
+def seen_shapes(observation: Observation) -> tuple[Shape, ...]:
+    """The shapes of what an observation has around its object; none if it has none."""
+    points, number = observation.obstacle_points, observation.obstacle
+    if points is None or number is None or not len(points):
+        return ()
+    found = []
+    for i in np.unique(number):
+        name = f"obstacle {i}" if i else "what is around"
+        found.append(boxes(points[number == i], observation.table_height, observation.points, name))
+    return tuple(chain.from_iterable(found))
+
+
+def boxes(points: Array, table: float, keep_out: Array, name: str, parts: int = PARTS) -> list[Shape]:
+    """Boxes that cover points (n, 3) [m] on a table at a height [m], holding few of the points `keep_out` (k, 3)."""
+    whole = upright_box(points, table, name)
+    along = int(np.argmax(whole.half))
+    place = whole.local(points)[:, along]
+    low, high = points[place < 0], points[place >= 0]
+    if parts == 0 or min(len(low), len(high)) < FEWEST:
+        return [whole]
+    halves = [upright_box(half, table, name) for half in (low, high)]
+    smaller = sum(_volume(half) for half in halves) <= GAIN * _volume(whole)
+    if not smaller and not (len(keep_out) and (whole.distance(keep_out) < 0).any()):
+        return [whole]
+    return [box for half in (low, high) for box in boxes(half, table, keep_out, name, parts - 1)]
+
+
+def upright_box(points: Array, table: float, name: str) -> Shape:
+    """The box of least area seen from above around points (n, 3) [m], rounded outwards by `INFLATION`."""
+    yaw = min(_edges(points[:, :2]), key=lambda angle: _area(points[:, :2], angle))
+    R = np.array([[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
+    local = points @ R
+    low, high = local.min(axis=0), local.max(axis=0)
+    if low[2] < table + STANDING:
+        low[2] = min(table, high[2] - THIN)
+    size = np.maximum(high - low, THIN)
+    return Shape.box(R @ ((low + high) / 2), size, R, name).inflated(INFLATION)
+
+
+def _edges(outline: Array) -> Array:
+    """The directions [rad] of the edges of the convex hull of points (n, 2): one of them is that of the least box."""
+    try:
+        corners = outline[ConvexHull(outline).vertices]
+    except (QhullError, ValueError):  # on a line, or fewer than three
+        spread = outline - outline.mean(axis=0)
+        direction = np.linalg.svd(spread, full_matrices=True)[2][0]
+        return np.array([np.arctan2(direction[1], direction[0])])
+    steps = np.roll(corners, -1, axis=0) - corners
+    return np.asarray(np.arctan2(steps[:, 1], steps[:, 0]))
+
+
+def _area(outline: Array, yaw: float) -> float:
+    sides = np.ptp(outline @ np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]), axis=0)
+    return float(np.prod(np.maximum(sides, THIN)))
+
+
+def _volume(box: Shape) -> float:
+    return float(np.prod(2 * box.half))

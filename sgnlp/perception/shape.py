@@ -1,0 +1,115 @@
+"""Convex shapes in the world: obstacles to stay clear of, and regions that fingers are to touch or to stay off.
+
+Every shape is a box or an upright cylinder in a frame of its own, with a radius around it:
+
+    u = Rᵀ(x - c),   q = |u| - h   (box),   q = (√(u_x² + u_y²) - h_x, |u_z| - h_z)   (cylinder)
+    d(x) = |max(q, 0)| + min(max_i q_i, 0) - r
+
+A sphere is a box without extent, a half-space the top of a very large box.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sgnlp.base.arrays import Array
+from sgnlp.base.errors import InputError
+
+FAR = 10.0
+"""Half extents that stand for no end [m]: a hand and its arm are 2 m at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """A convex solid; `signed distance` is negative inside. Make one by `box`, `sphere`, `cylinder`, `half_space`."""
+
+    name: str
+    centre: Array  # (3,) [m] in the world
+    rotation: Array  # (3, 3), its axes in the world are the columns
+    half: Array  # (3,) [m] half extents; of a cylinder radius, FAR, half height
+    radius: float = 0.0  # [m] by which it is inflated
+    circular: bool = False  # whether x and y are one radial coordinate
+
+    @classmethod
+    def box(cls, centre: ArrayLike, size: ArrayLike, rotation: ArrayLike | None = None, name: str = "box") -> Self:
+        """A box of edges `size` (3,) [m]; raises `InputError` unless they are positive."""
+        edges = _vector(size, f"the size of '{name}'", positive=True)
+        return cls(name, _vector(centre, f"the centre of '{name}'"), _turn(rotation, name), edges / 2)
+
+    @classmethod
+    def sphere(cls, centre: ArrayLike, radius: float, name: str = "sphere") -> Self:
+        """A ball of a radius [m]."""
+        place = _vector(centre, f"the centre of '{name}'")
+        return cls(name, place, np.eye(3), np.zeros(3), _length(radius, f"the radius of '{name}'"))
+
+    @classmethod
+    def cylinder(
+        cls, centre: ArrayLike, radius: float, height: float, rotation: ArrayLike | None = None, name: str = "cylinder"
+    ) -> Self:
+        """A cylinder about the z axis of its frame, `height` [m] from end to end."""
+        around, along = _length(radius, f"the radius of '{name}'"), _length(height, f"the height of '{name}'")
+        half = np.array([around, FAR, along / 2])
+        return cls(name, _vector(centre, f"the centre of '{name}'"), _turn(rotation, name), half, circular=True)
+
+    @classmethod
+    def half_space(cls, point: ArrayLike, normal: ArrayLike, name: str = "half-space") -> Self:
+        """All that lies behind a plane through `point` (3,) [m] whose `normal` (3,) points out of it."""
+        outward = _vector(normal, f"the normal of '{name}'")
+        length = float(np.linalg.norm(outward))
+        if length == 0:
+            raise InputError(f"the normal of '{name}' must not be 0")
+        z = outward / length
+        x = np.eye(3)[int(np.abs(z).argmin())]
+        x = x - z * (z @ x)
+        x /= np.linalg.norm(x)
+        rotation = np.column_stack([x, np.cross(z, x), z])
+        return cls(name, _vector(point, f"the point of '{name}'") - FAR * z, rotation, np.full(3, FAR))
+
+    def inflated(self, by: float) -> Self:
+        """The shape with all within `by` [m] of it; less than 0 shrinks the radius around it."""
+        return replace(self, radius=self.radius + by)
+
+    def moved(self, shift: Array) -> Self:
+        """The shape displaced by `shift` (3,) [m]."""
+        return replace(self, centre=self.centre + shift)
+
+    def local(self, points: Array) -> Array:
+        """Points (K, 3) [m] in the shape's frame."""
+        return np.asarray((points - self.centre) @ self.rotation)
+
+    def distance(self, points: Array) -> Array:
+        """The exact signed distances (K,) [m] of points (K, 3)."""
+        u = self.local(points)
+        if self.circular:
+            q = np.column_stack([np.hypot(u[:, 0], u[:, 1]) - self.half[0], np.abs(u[:, 2]) - self.half[2]])
+        else:
+            q = np.abs(u) - self.half
+        outside = np.linalg.norm(np.maximum(q, 0), axis=1)
+        return np.asarray(outside + np.minimum(q.max(axis=1), 0) - self.radius)
+
+
+def _vector(values: ArrayLike, what: str, positive: bool = False) -> Array:
+    try:
+        found = np.asarray(values, float)
+    except (TypeError, ValueError):
+        found = np.full(1, np.nan)
+    if found.shape != (3,) or not np.isfinite(found).all() or (positive and (found <= 0).any()):
+        raise InputError(f"{what} must be three {'positive ' if positive else ''}numbers [m], not {values!r}")
+    return found
+
+
+def _length(value: float, what: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not (np.isfinite(value) and value > 0):
+        raise InputError(f"{what} must be a positive number [m], not {value!r}")
+    return float(value)
+
+
+def _turn(rotation: ArrayLike | None, name: str) -> Array:
+    if rotation is None:
+        return np.eye(3)
+    R = np.asarray(rotation, float)
+    if R.shape != (3, 3) or not np.allclose(R @ R.T, np.eye(3), atol=1e-6) or np.linalg.det(R) < 0:
+        raise InputError(f"the rotation of '{name}' must be a rotation matrix (3, 3)")
+    return R

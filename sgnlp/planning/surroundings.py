@@ -1,0 +1,66 @@
+"""What stands around the object, and where on it fingers are to touch: given by the user, or seen by the camera."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from sgnlp.base.arrays import Array
+from sgnlp.base.settings import Settings
+from sgnlp.perception.clutter import seen_shapes
+from sgnlp.perception.observation import Observation
+from sgnlp.perception.shape import Shape
+from sgnlp.program.around import Around, Fields, fields
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """Obstacles that hand and arm stay clear of, and regions of the surface that fingers stay off, or are to touch."""
+
+    obstacles: tuple[Shape, ...] = ()
+    avoid: tuple[Shape, ...] = ()
+    touch: tuple[Shape, ...] = ()
+
+    def and_seen(self, observation: Observation) -> "Surroundings":
+        """These, and what the observation has seen around its object."""
+        return replace(self, obstacles=(*self.obstacles, *seen_shapes(observation)))
+
+    def around(self, settings: Settings) -> Around:
+        """Which of the surroundings programs have to know."""
+        some = bool(self.obstacles)
+        return Around(some, settings.motion.samples if some else 0, bool(self.avoid), bool(self.touch))
+
+    def fields(self, table: float) -> Fields:
+        """The distances to them, over a table at this height [m]."""
+        return fields(self.obstacles, self.avoid, self.touch, table)
+
+    def moved(self, by: Array) -> "Surroundings":
+        """The same, displaced by (3,) [m]."""
+        return Surroundings(*(tuple(shape.moved(by) for shape in shapes) for _, shapes in self.kinds()))
+
+    def plain(self) -> dict[str, list[dict[str, Any]]]:
+        """The shapes as JSON has them."""
+        return {kind: [_plain(shape) for shape in shapes] for kind, shapes in self.kinds()}
+
+    @classmethod
+    def restored(cls, plain: Mapping[str, Any]) -> "Surroundings":
+        """Those of `plain`; results of before had none."""
+        return cls(**{kind: tuple(_shape(told) for told in plain.get(kind, ())) for kind, _ in NOWHERE.kinds()})
+
+    def kinds(self) -> Iterator[tuple[str, tuple[Shape, ...]]]:
+        """The name of each kind and its shapes."""
+        yield from (("obstacles", self.obstacles), ("avoid", self.avoid), ("touch", self.touch))
+
+
+def _plain(shape: Shape) -> dict[str, Any]:
+    return {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in asdict(shape).items()}
+
+
+def _shape(told: Mapping[str, Any]) -> Shape:
+    arrays = {key: np.array(told[key], float) for key in ("centre", "rotation", "half")}
+    return Shape(**dict(told) | arrays)
+
+
+NOWHERE = Surroundings()
+"""Nothing around the object, and no region."""
