@@ -89,7 +89,7 @@ class Solve(Abstaining, Extending, Surrounding, Observing):
 
 
 def _show(console: Console, plan: Plan, summary: dict[str, Any], files: list[Path], asked: Solve) -> None:
-    for note in plan.observation.notes:
+    for note in summary["notes"]:
         console.print(note, style="dim")
     for table in tables.tables(plan, summary):
         console.print(table)

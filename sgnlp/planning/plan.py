@@ -102,7 +102,7 @@ class Plan:
     def summary(self) -> dict[str, Any]:
         """The plan's outcome: counts, every start, the best grasp's breakdown, what was dropped or assumed."""
         return self.meta() | {
-            "notes": list(self.observation.notes),
+            "notes": [*self.observation.notes, *filter(None, [self.problem.surroundings.words()])],
             "cautions": cautions(Planned(self.arrays(), self.problem.hand, self.observation, self.problem)),
             "feasible": sum(s.feasible for s in self.solutions),
             "solved": sum(s.solved(self.tolerance) for s in self.solutions),

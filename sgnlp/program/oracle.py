@@ -54,20 +54,19 @@ class Surface:
         self._around, self._fields = around, fields or Fields()
         self.around_points = around.points(layout.S)
         self.jets.append(np.zeros((self.around_points + around.regions(layout.m), JET), order="F"))
-        self._last = np.full((layout.points - layout.m, 3), np.nan), np.full(layout.m, np.nan)
+        self._last: tuple[Array, ...] = tuple(np.full(1, np.nan) for _ in range(3))
         self._complete = False
         self.evaluations = self.completions = 0
 
     def update(self, Z: Array, radii: Array, around: Array, complete: bool) -> None:
-        """Make `jets` those of `Layout.symbols()` at Z (Q - m, 3), radii (m) [m], and those of the surroundings.
-
-        Where the hand's points are the same, so are those `around` (P, 3).
+        """Make `jets` those of `Layout.symbols()` at Z (Q - m, 3), radii (m) [m], and those `around` at points (P, 3).
 
         Their derivatives are 0 unless they are asked for by `complete`, or were before at the same points.
         """
-        if not (np.array_equal(Z, self._last[0]) and np.array_equal(radii, self._last[1])):
-            self._last, self._complete = (Z.copy(), radii.copy()), False
-            self._values(*self._last)
+        asked = (Z, radii, around)
+        if not all(np.array_equal(now, before) for now, before in zip(asked, self._last, strict=True)):
+            self._last, self._complete = (Z.copy(), radii.copy(), around.copy()), False
+            self._values(Z, radii)
             self._evaluate()
             self._surround(around)
             self.evaluations += 1
@@ -126,7 +125,7 @@ class SurfaceJets(ca.Callback):
 
     def eval_buffer(self, arguments: Sequence[Any], results: Sequence[Any]) -> int:
         """Evaluate what is not known at these points."""
-        given, radii, around = (np.frombuffer(a, dtype=float) for a in arguments)
+        given, radii, around = (np.frombuffer(a or b"", dtype=float) for a in arguments)  # None where it is empty
         self._surface.update(given.reshape(3, -1).T, radii, around.reshape(3, -1).T, self._complete)
         for result, jets in zip(results, self._surface.jets, strict=True):
             if result is not None:

@@ -39,7 +39,9 @@ def symbolic_grasp(settings: Settings, other: Hand | None = None) -> tuple[ca.Fu
     symbols = {f.name: getattr(model.grasp, f.name) for f in fields(Grasp)}
     symbols |= {f"links.{name}": origin for name, origin in model.grasp.links.items()}
     symbols = {name: value for name, value in symbols.items() if isinstance(value, ca.SX)}
-    return ca.Function("grasp", [chain.x, p, *model.jets], chain.value(list(symbols.values()))), list(symbols)
+    return ca.Function("grasp", [chain.x, p, *model.jets, model.field_jets], chain.value(list(symbols.values()))), list(
+        symbols
+    )
 
 
 def both(settings: Settings, seed: int) -> tuple[dict[str, np.ndarray], Grasp]:
@@ -121,7 +123,7 @@ def test_with_unequal_pads_the_numpy_grasp_still_equals_the_symbolic_one():
     start, x = random_point(problem, functions.nlp, 2)
     p = problem.parameters(functions.nlp, start.wrist, start.joints)
     f, names = symbolic_grasp(LOADED, unequal())
-    jets = SurfaceJets(functions.surface, complete=True)(functions.nlp.points(x, p)[0], PADS)
+    jets = SurfaceJets(functions.surface, complete=True)(functions.nlp.points(x, p)[0], PADS, np.empty((0, 3)))
     smooth = dict(zip(names, f(x, p, *jets), strict=True))
     exact = exact_grasp(replace(problem, hand=unequal()), start, x)
     for name in ("path_gaps", "gaps", "pad_heights", "contact_heights", "contact_heights_eq"):
