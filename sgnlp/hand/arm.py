@@ -17,7 +17,7 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.hand import arm_file, hand_file, library
 from sgnlp.hand.hand_file import Sphere
-from sgnlp.hand.model import joint_model, own_joints, places, urdf_file
+from sgnlp.hand.model import coordinates, joint_model, own_joints, places, urdf_file
 from sgnlp.hand.urdf_checks import description
 from sgnlp.hand.yaml_nodes import numbers, word
 
@@ -54,6 +54,15 @@ class Arm:
     """Indices into `spheres` of the pairs checked for self-collision."""
     digest: str
     """SHA-256 of the description and the URDF, and of the base or mount if they are not the file's."""
+
+    @property
+    def table_spheres(self) -> tuple[int, ...]:
+        """Indices into `spheres` of those that can come down to the table: two joints or more move them.
+
+        What stands fixed stands on the table, and the first joint only turns about the axis that rises from it.
+        """
+        links = [self.model.getFrameId(sphere.link, pin.FrameType.BODY) for sphere in self.spheres]
+        return tuple(i for i, link in enumerate(links) if len(coordinates(self.model, link)) > 1)
 
 
 def available_arms() -> tuple[str, ...]:
