@@ -16,14 +16,14 @@ from sgnlp.hand.arm_kinematics import manipulability, wrist_and_jacobian
 MAX_STEPS = 60
 MAX_TURN = 0.8
 """Largest change of a joint in one step [rad or m]: beyond it the pose is not linear in the joints any more."""
-FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e-12, 1e4
+FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e-12, 1.0
 EASIER, HARDER = 0.1, 10.0
 """What the damping is multiplied by after a step that helps and after one that does not."""
 DONE = 1e-9
 """Length of e [m and rad] that is as good as none."""
-STALLED = 1e-3
-"""A step that makes |e| smaller by less than this share of it helps no more."""
-PATIENCE = 4
+STALLED = 1e-2
+"""A step that makes |e| smaller, but by less than this share of it, hardly helps."""
+PATIENCE = 3
 """So many of them in a row end the search."""
 NEAR = np.array([1e-4, 1e-3])
 """Errors in position [m] and in rotation [rad] at which `reach_all` counts a pose as reached."""
@@ -54,9 +54,9 @@ def reach(arm: Arm, wrist_pose: Array, begin: Array) -> tuple[Array, Array]:
             break
         there = _place(arm, goal, _stepped(arm, here, damping), data)
         gain = 1.0 - np.linalg.norm(there.e) / length
-        slow = slow + 1 if gain < STALLED else 0
         if gain > 0:
             here, damping = there, max(EASIER * damping, LEAST_DAMPING)
+            slow = slow + 1 if gain < STALLED else 0
         else:
             damping *= HARDER
     return here.q, np.array([np.linalg.norm(here.e[:3]), np.linalg.norm(here.e[3:])])

@@ -87,7 +87,7 @@ def mesh_links(hand: Hand | Arm) -> list[str]:
 
 
 def link_poses(hand: Hand | Arm, wrist: Array, joints: Array) -> Array:
-    """Poses (L, 4, 4) of the meshes in the world, for the root link at `wrist` (7), an arm's `base`, and `joints` (n)."""
+    """Poses (L, 4, 4) of the meshes, for the root link at `wrist` (7), which is an arm's `base`, and `joints` (n)."""
     geometry, data = _geometry(hand), hand.model.createData()
     places = geometry.createData()
     pin.updateGeometryPlacements(hand.model, data, geometry, places, np.asarray(joints, float))
