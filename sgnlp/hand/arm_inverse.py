@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from sgnlp.base.arrays import Array
 from sgnlp.hand.arm import Arm
-from sgnlp.hand.arm_kinematics import manipulability, wrist_and_jacobian
+from sgnlp.hand.arm_kinematics import manipulability, wrist_and_jacobian, wrist_pose
 
 MAX_STEPS = 60
 MAX_TURN = 0.8
@@ -77,6 +77,18 @@ def reach_all(arm: Arm, pose: Array, seed: int, tries: int) -> list[Array]:
         if (error <= NEAR).all() and all(np.abs(q - other).max() > DISTINCT for other in found):
             found.append(q)
     return sorted(found, key=lambda q: -fitness(arm, q))
+
+
+def way_ends(arm: Arm, q: Array, back: Array, lift: Array) -> tuple[Array, Array]:
+    """The joints (a,) nearest to q (a,) with the hand drawn back, and risen.
+
+    `back` (3,) [m] is told in the frame of the hand's root link, `lift` (1,) [m] along the world's z.
+    """
+    wrist = pin.XYZQUATToSE3(wrist_pose(arm, q))
+    steps = wrist.rotation @ back, np.append([0.0, 0.0], lift)
+    poses = [pin.SE3ToXYZQUAT(pin.SE3(wrist.rotation, wrist.translation + step)) for step in steps]
+    (standoff, _), (lifted, _) = (reach(arm, pose, q) for pose in poses)
+    return standoff, lifted
 
 
 def fitness(arm: Arm, q: Array) -> float:

@@ -44,9 +44,9 @@ def moved_problem(problem: Problem, by: Array) -> Problem:
     """The same problem, moved by (3,) [m]."""
     gpis = replace(problem.gpis, X=problem.gpis.X + by, centre=problem.gpis.centre + by)
     height = problem.table_height + float(by[2])
-    around = problem.surroundings.moved(by)
+    around, thing = problem.surroundings.moved(by), problem.thing.moved(by)
     box, com = problem.box + by, problem.com + by
-    return replace(problem, gpis=gpis, box=box, table_height=height, com=com, surroundings=around)
+    return replace(problem, gpis=gpis, box=box, table_height=height, com=com, thing=thing, surroundings=around)
 
 
 def moved_solution(s: Solution, by: Array) -> Solution:

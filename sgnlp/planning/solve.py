@@ -18,10 +18,10 @@ from sgnlp.planning.faraway import moved_cloud, moved_problem, moved_solution, o
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.pool import Failure, solve_all
 from sgnlp.planning.problem import build_problem
+from sgnlp.planning.reach import OUT_OF_REACH, reachable
 from sgnlp.planning.solution import Solution, rank
 from sgnlp.planning.solvers import settled, solver_named
 from sgnlp.planning.solvers.solver import Solver
-from sgnlp.planning.starts import starts
 from sgnlp.planning.surroundings import Surroundings
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.formulation import Formulation
@@ -91,8 +91,10 @@ def solve(
     given = Surroundings(tuple(obstacles), tuple(avoid), tuple(touch))
     problem = build_problem(near, hand, settings, seed, additions, given.moved(-middle) if far else given)
     fitted = time.perf_counter()
-    results = []
-    with closing(solve_all(problem, starts(problem, count, seed), jobs, timeout, chosen)) as ended:
+    results: list[Solution | Failure] = []
+    begins, missed = reachable(problem, count, seed)
+    out = [Failure(index, OUT_OF_REACH) for index in missed[: count - len(begins)]]
+    with closing(solve_all(problem, begins, jobs, timeout, chosen)) as ended:
         for outcome in ended:
             result = replace(outcome, hand=problem.hand) if isinstance(outcome, Solution) else outcome
             progress(result)
@@ -101,7 +103,7 @@ def solve(
     solutions = rank(with_confidence(solved, near, settings, problem.gpis.free_space), settings.rank_by)
     if far:
         problem, solutions = moved_problem(problem, middle), [moved_solution(s, middle) for s in solutions]
-    failures = sorted((r for r in results if isinstance(r, Failure)), key=lambda f: f.start)
+    failures = sorted((r for r in (*results, *out) if isinstance(r, Failure)), key=lambda f: f.start)
     seconds = {"fit": fitted - begin, "solve": time.perf_counter() - fitted}
     return Plan(
         observation, problem, tuple(solutions), tuple(failures), seed, jobs, timeout, seconds, extension, chosen, given

@@ -27,14 +27,14 @@ class Surroundings:
         """These, and what the observation has seen around its object."""
         return replace(self, obstacles=(*self.obstacles, *seen_shapes(observation)))
 
-    def around(self, settings: Settings) -> Around:
-        """Which of the surroundings programs have to know."""
+    def around(self, settings: Settings, carried: bool = False) -> Around:
+        """Which of the surroundings programs have to know, and whether an arm carries the hand."""
         some = bool(self.obstacles)
-        return Around(some, settings.motion.samples if some else 0, bool(self.avoid), bool(self.touch))
+        return Around(some, settings.motion.samples if some else 0, bool(self.avoid), bool(self.touch), carried)
 
-    def fields(self, table: float) -> Fields:
-        """The distances to them, over a table at this height [m]."""
-        return fields(self.obstacles, self.avoid, self.touch, table)
+    def fields(self, thing: Shape, table: float) -> Fields:
+        """The distances to them, over a table at this height [m]; `thing` is a box around the object."""
+        return fields(self.obstacles, self.avoid, self.touch, thing, table)
 
     def moved(self, by: Array) -> "Surroundings":
         """The same, displaced by (3,) [m]."""

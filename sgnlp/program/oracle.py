@@ -29,7 +29,7 @@ class Surface:
 
     The feet follow from the normals at the contacts; `metric` is the `jets` of the `Nlp`. `evaluations` counts the
     points at which values were taken, `completions` those at which derivatives were. The last of `jets` are those of
-    the surroundings, `fields`, as far as an `Around` asks for them.
+    the surroundings, `fields`, as far as `around` asks for them: an `Around` and its number of points.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class Surface:
         layout: Layout,
         metric: ca.Function,
         compiled: bool = True,
-        around: Around = ALONE,
+        around: tuple[Around, int] = (ALONE, 0),
         fields: Fields | None = None,
     ):
         self._raw_jets = native.raw_jets(gpis, layout.uncertain, compiled)
@@ -51,9 +51,8 @@ class Surface:
             self._buffer.set_arg(i, raw.data)
         for i, jets in enumerate(self.jets):
             self._buffer.set_res(i, jets.T.data)
-        self._around, self._fields = around, fields or Fields()
-        self.around_points = around.points(layout.S)
-        self.jets.append(np.zeros((self.around_points + around.regions(layout.m), JET), order="F"))
+        (self._around, self.around_points), self._fields = around, fields or Fields()
+        self.jets.append(np.zeros((self.around_points + self._around.regions(layout.m), JET), order="F"))
         self._last: tuple[Array, ...] = tuple(np.full(1, np.nan) for _ in range(3))
         self._complete = False
         self.evaluations = self.completions = 0
@@ -167,7 +166,8 @@ def join(nlp: Nlp, gpis: Gpis, compiled: bool = True, fields: Fields | None = No
 
     The surface's jets are taken in C if `compiled` and there is a compiler.
     """
-    surface = Surface(gpis, nlp.layout, nlp.jets, compiled, nlp.structure.around, fields)
+    around = nlp.structure.around, int(nlp.points.size1_out(2))
+    surface = Surface(gpis, nlp.layout, nlp.jets, compiled, around, fields)
     values, jets = SurfaceJets(surface, complete=False), SurfaceJets(surface, complete=True)
     x, p = ca.MX.sym("x", len(nlp.units)), ca.MX.sym("p", sum(nlp.parameters.sizes.values()))
     lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", sum(nlp.row_sizes))
