@@ -1,7 +1,7 @@
 """Inverse kinematics of an arm: joints at which the hand's root link is at a pose.
 
 Damped Gauss-Newton steps (Levenberg-Marquardt) on e = (p* - p, log(R* Rᵀ)) with the joints kept within their limits:
-a joint that is at a limit, and would go beyond, rests for the step.
+a joint that would go beyond its limit stops there, and the others make up for it.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ EASIER, HARDER = 0.1, 10.0
 """What the damping is multiplied by after a step that helps and after one that does not."""
 DONE = 1e-9
 """Length of e [m and rad] that is as good as none."""
-STALLED = 1e-2
+STALLED = 1e-3
 """A step that makes |e| smaller, but by less than this share of it, hardly helps."""
 PATIENCE = 3
 """So many of them in a row end the search."""
@@ -104,14 +104,24 @@ def _place(arm: Arm, goal: pin.SE3, q: Array, data: pin.Data) -> _Place:
 
 
 def _stepped(arm: Arm, here: _Place, damping: float) -> Array:
-    """The joints after a step, within the limits. Joints that are at one, and would go beyond, rest."""
-    downhill = here.J.T @ here.e
-    rests = ((here.q <= arm.lower) & (downhill < 0)) | ((here.q >= arm.upper) & (downhill > 0))
-    J = here.J[:, ~rests]
-    step = np.zeros_like(here.q)
-    step[~rests] = np.linalg.solve(J.T @ J + damping * np.eye(J.shape[1]), J.T @ here.e)
-    step *= min(1.0, MAX_TURN / max(float(np.abs(step).max(initial=0.0)), MAX_TURN))
-    return np.clip(here.q + step, arm.lower, arm.upper)
+    """The joints after a step, within the limits.
+
+    min |J s - e|² + λ |s|², in which joints that would go beyond their limits are put there and the others asked again.
+    """
+    low, high, step = arm.lower - here.q, arm.upper - here.q, np.zeros_like(here.q)
+    free = np.ones(len(step), bool)
+    while free.any():
+        J = here.J[:, free]
+        step[free] = np.linalg.solve(
+            J.T @ J + damping * np.eye(J.shape[1]), J.T @ (here.e - here.J[:, ~free] @ step[~free])
+        )
+        beyond = free & ((step < low) | (step > high))
+        if not beyond.any():
+            break
+        step[beyond] = np.minimum(np.maximum(step, low), high)[beyond]
+        free &= ~beyond
+    step *= MAX_TURN / max(float(np.abs(step).max()), MAX_TURN)
+    return np.minimum(np.maximum(here.q + step, arm.lower), arm.upper)  # to the bit
 
 
 def _one_turn(arm: Arm) -> tuple[Array, Array]:
