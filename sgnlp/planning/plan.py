@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.hand.hand import told
 from sgnlp.perception.observation import Observation
 from sgnlp.planning import results
 from sgnlp.planning.cautions import cautions
@@ -65,6 +66,7 @@ class Plan:
             "reading": observation.reading and asdict(observation.reading, dict_factory=_plain),
             "table_height": observation.table_height,
             "hand": self.problem.hand.name,
+            "arm": told(self.problem.hand),
             "settings": asdict(self.problem.settings, dict_factory=_plain),
             "surroundings": self.given.plain(),
             "seed": self.seed,
@@ -146,8 +148,8 @@ def _known(value: float) -> float | None:
 
 def _check(check: Check) -> dict[str, Any]:
     """A check, with no bound where there is none: JSON has no infinity."""
-    told = asdict(check) | {"demand": check.demand}
-    return told | {name: told[name] if isfinite(told[name]) else None for name in ("lower", "upper")}
+    plain = asdict(check) | {"demand": check.demand}
+    return plain | {name: plain[name] if isfinite(plain[name]) else None for name in ("lower", "upper")}
 
 
 def _grasp(s: Solution, plan: Plan) -> dict[str, Any]:

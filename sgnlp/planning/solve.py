@@ -8,13 +8,13 @@ from dataclasses import replace
 from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
-from sgnlp.hand.hand import Hand
+from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation
 from sgnlp.perception.shape import Shape
 from sgnlp.planning.additions import Additions
 from sgnlp.planning.confidence import with_confidence
 from sgnlp.planning.extension import Extension
-from sgnlp.planning.faraway import moved_cloud, moved_problem, moved_solution, origin
+from sgnlp.planning.faraway import moved_cloud, moved_hand, moved_problem, moved_solution, origin
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.pool import Failure, solve_all
 from sgnlp.planning.problem import build_problem
@@ -89,7 +89,10 @@ def solve(
     chosen = settled(additions.solver, settings.solver)
     near = moved_cloud(observation, -middle) if far else observation
     given = Surroundings(tuple(obstacles), tuple(avoid), tuple(touch))
-    problem = build_problem(near, hand, settings, seed, additions, given.moved(-middle) if far else given)
+    hand = load_hand(hand, settings.spheres) if isinstance(hand, str) else hand
+    if far:
+        hand, given_near = moved_hand(hand, -middle), given.moved(-middle)
+    problem = build_problem(near, hand, settings, seed, additions, given_near if far else given)
     fitted = time.perf_counter()
     results: list[Solution | Failure] = []
     begins, missed = reachable(problem, count, seed)

@@ -20,6 +20,7 @@ from sgnlp.hand.arm_kinematics import arm_forward, log_manipulability, manipulab
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import Frames, quaternion_matrix
 from sgnlp.hand.model import coordinates
+from sgnlp.program import equilibrium
 from sgnlp.program.lifting import Lifting
 
 ORIGIN = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
@@ -122,9 +123,8 @@ class ArmModel:
 
     def _error(self, R: ca.SX, p: ca.SX, goal: ca.SX) -> ca.SX:
         """Place and turn (6,) [m] off the wrist turned alike at a goal: of a small turn θ the latter is LEVER θ."""
-        turn = R @ self._wrist.rotation.T
-        axis = ca.vertcat(turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]) / 2
-        return ca.vertcat(p - goal, LEVER * axis)
+        turn = equilibrium.gibbs_vector(R @ self._wrist.rotation.T)
+        return ca.vertcat(p - goal, 2 * LEVER * turn)
 
 
 def _lengths(rows: ca.SX) -> ca.SX:
