@@ -21,7 +21,8 @@ from sgnlp.base.exclusive import alone
 from sgnlp.cli import codes, compiling, lacks
 from sgnlp.cli.flags import ROWS, Abstaining, Extending, Observing, Surrounding, Tabling, made
 from sgnlp.cli.progress import Bar, bars
-from sgnlp.hand.hand import Hand, available_hands
+from sgnlp.hand.arm import available_arms
+from sgnlp.hand.hand import Hand, available_hands, told
 from sgnlp.planning import results
 from sgnlp.planning.batch import Row, Task, batch
 from sgnlp.planning.confidence import refusal

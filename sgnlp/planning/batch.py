@@ -173,7 +173,7 @@ def _row(file: Path, grasps: Grasps, *, reused: bool = False, failure: str = "")
 def _expected(task: Task) -> dict[str, Any]:
     """What the meta block of a result of this task says, as it is read from JSON."""
     hand = task.robot
-    made = {
+    made: dict[str, Any] = {
         "hand": hand.name,
         "arm": told(hand),
         "settings": asdict(task.settings),
