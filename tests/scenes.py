@@ -93,9 +93,10 @@ _loaded = lru_cache(partial(load_hand, "allegro_left"))
 
 
 @lru_cache
-def posed(settings: Settings, around: Surroundings = NOWHERE) -> Problem:
-    """The problem of grasping the ellipsoid."""
-    return build_problem(observation(), hand(settings.spheres), settings, surroundings=around)
+def posed(settings: Settings, around: Surroundings = NOWHERE, arm: str | None = None) -> Problem:
+    """The problem of grasping the ellipsoid, by a hand on a free wrist or on an arm."""
+    robot = load_hand("allegro_left", settings.spheres, arm) if arm else hand(settings.spheres)
+    return build_problem(observation(), robot, settings, surroundings=around)
 
 
 def impossible(settings: Settings) -> Settings:
@@ -111,9 +112,9 @@ def with_settings(problem: Problem, settings: Settings) -> Problem:
 
 
 @lru_cache
-def oracle(settings: Settings, name: str, around: Surroundings = NOWHERE) -> Oracle:
+def oracle(settings: Settings, name: str, around: Surroundings = NOWHERE, arm: str | None = None) -> Oracle:
     """The functions of `posed(settings)` in a formulation."""
-    problem = posed(settings, around)
+    problem = posed(settings, around, arm)
     return join(built(problem, name), problem.gpis, fields=problem.fields)
 
 

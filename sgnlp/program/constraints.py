@@ -7,7 +7,19 @@ from typing import Any
 from sgnlp.base.settings import Settings
 from sgnlp.program.around import ALONE, Around
 from sgnlp.program.carried import POSTURES
-from sgnlp.program.constraint import EFFORT, FORCE, GAIN, LENGTH, NUMBER, STIFFNESS, TORQUE, TRACE, Constraint, Unit
+from sgnlp.program.constraint import (
+    EFFORT,
+    FORCE,
+    GAIN,
+    LENGTH,
+    NUMBER,
+    RATIO,
+    STIFFNESS,
+    TORQUE,
+    TRACE,
+    Constraint,
+    Unit,
+)
 from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.ops import Ops
@@ -195,8 +207,8 @@ CONSTRAINTS: tuple[Constraint, ...] = (
     Constraint(
         "dexterity",
         lambda g, op: g.arm.dexterity,
-        **_each("", NUMBER, DEXTERITY),
-        about="log of the arm's manipulability over that at home",
+        **_each("", RATIO, DEXTERITY),
+        about="manipulability of the arm over that at home",
     ),
     Constraint("avoid", lambda g, op: g.avoid_distances, **CLEAR, about="contact points off the regions to avoid"),
     Constraint("touch", lambda g, op: g.touch_distances, **CLEAR, about="contact points within the regions to touch"),
