@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.base.errors import InputError
+from sgnlp.control.command import Command
 from sgnlp.hand.hand import Hand
 from sgnlp.simulation.body import Body
 from sgnlp.simulation.closing import closed
-from sgnlp.simulation.command import Command
 from sgnlp.simulation.displacement import erred
 from sgnlp.simulation.outcome import Ending, Lift, Outcome, Pregrasp, Push
 from sgnlp.simulation.protocol import AXES, Experiment, angle

@@ -1,14 +1,10 @@
 """A grasp as the commands that a robot gets."""
 
 from dataclasses import dataclass
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from sgnlp.base.arrays import Array
 from sgnlp.base.settings import Settings
-from sgnlp.planning.grasps import Grasps
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +27,8 @@ class Command:
     translation_eq: Array | None = None  # (3,) [m]
 
 
-def command(grasps: Grasps, index: int = 0) -> Command:
-    """The grasp of that rank, 0 the best."""
+def command(grasps: Any, index: int = 0) -> Command:
+    """The grasp of that rank, 0 the best, of `sgnlp.Grasps`: arrays with a row a grasp, and `meta`."""
     closing = Settings.restored(grasps.meta["settings"]).closing
     names = ("wrist", "joints", "targets", "gains", "contacts_eq", "forces_eq", "rotation_eq", "translation_eq")
     return Command(
