@@ -9,6 +9,7 @@ simulation runs the same code. `export` writes all that the header `controller.h
 
 from sgnlp.control.command import Command, command
 from sgnlp.control.controller import Controller
+from sgnlp.control.export import export, include
 from sgnlp.control.law import WEIGHTLESS, Law
 
-__all__ = ["WEIGHTLESS", "Command", "Controller", "Law", "command"]
+__all__ = ["WEIGHTLESS", "Command", "Controller", "Law", "command", "export", "include"]

@@ -24,18 +24,20 @@ class Controller:
     def __init__(self, hand: Hand, command: Command, law: Law = IMPEDANCE) -> None:
         """Raise `InputError` where position control is asked for and the grasp has no joints that squeeze."""
         self.hand, self.command, self.law, self.tree = hand, command, law, Tree(hand)
-        self._begin, self._end = _ends(command, law)
+        self.begin, self.end = _ends(command, law)
+        """The first setpoints and the last, as `setpoints` has them."""
         self._damping = critical(np.asarray(command.gains, float), law.tip_mass)
         self._gravity = np.array(law.gravity)
         held = command.posture > 0 and command.joints_contact is not None
-        self._posture = np.asarray(command.joints_contact, float) if held else None
+        self.posture = np.asarray(command.joints_contact, float) if held else None
+        """The joints (n,) that a spring holds in what the tips leave free; None where none does."""
 
     def setpoints(self, time: float) -> Array:
         """The setpoints at a time [s] from the begin of closing.
 
         Those of the tips (m, 3) [m] in the frame of the root link, or of the joints (n,) under position control.
         """
-        return ramped(self._begin, self._end, time, self.command.closing_seconds)
+        return ramped(self.begin, self.end, time, self.command.closing_seconds)
 
     def torques(self, time: float, wrist: Array, joints: Array, speeds: Array) -> Array:
         """The torques (n,) [N m or N] of the hand's own joints at a time [s] from the begin of closing.
@@ -56,10 +58,10 @@ class Controller:
         tips, J = self.tree.tips(joints)
         forces = spring_forces(self.setpoints(time) - tips, (J @ speeds).reshape(-1, 3), told.gains, self._damping)
         torques = J.T @ forces.ravel()
-        if self._posture is None:
+        if self.posture is None:
             return torques
         damping = critical(told.posture, self.law.joint_inertia)
-        return torques + freed(J, joint_torque(self._posture - joints, speeds, told.posture, damping))
+        return torques + freed(J, joint_torque(self.posture - joints, speeds, told.posture, damping))
 
     def _joint_springs(self, time: float, joints: Array, speeds: Array) -> Array:
         stiffness = self.command.joint_stiffness
