@@ -57,7 +57,9 @@ def test_the_wheel_holds_every_module_and_every_hand(wheel):
     modules = {str(path.relative_to(ROOT)) for path in (ROOT / "sgnlp").rglob("*.py")}
     hands = {f"sgnlp/{path.relative_to(ROOT)}" for path in (ROOT / "urdf").glob("*/hand.yaml")}
     assert len(hands) >= 2
-    assert modules | hands | {"sgnlp/py.typed"} <= names
+    headers = {str(path.relative_to(ROOT)) for path in (ROOT / "sgnlp").rglob("*.hpp")}
+    assert "sgnlp/control/include/sgnlp/controller.hpp" in headers
+    assert modules | hands | headers | {"sgnlp/py.typed"} <= names
 
 
 def test_the_wheel_holds_nothing_but_the_package(wheel):
