@@ -132,6 +132,24 @@ def test_the_posture_turns_what_the_tips_leave_free_towards_the_planned_joints_a
     assert np.abs(readings[-1].tips - GRIP.tips).max() < 5e-4
 
 
+def steepest(joints: np.ndarray, step: float) -> float:
+    """h λ of steps h [s], λ the largest eigenvalue of the damping over the inertia, all gains the largest of a plan."""
+    run = Experiment(replace(GRIP, joints=joints), box(), LEFT, SETTINGS)
+    full = np.zeros((run.world.model.nv, run.world.model.nv))
+    mujoco.mj_fullM(run.world.model, run.data, full)
+    own = np.ix_(run.world.hand_speeds, run.world.hand_speeds)
+    inertia = full[own] + step * SETTINGS.joint_damping * np.eye(16)  # its own damping is implicit
+    J = tip_jacobian(LEFT, GRIP.wrist, joints)
+    return step * np.linalg.eigvals(np.linalg.solve(inertia, J.T @ J)).real.max() * critical(LEFT.gain_upper.max(), 1.0)
+
+
+def test_a_step_is_short_enough_for_damping_by_the_speed_at_its_begin():
+    """Explicit steps bear h λ < 2; the numbers are those of docs/pages/howto/controller.md."""
+    assert steepest(GRIP.joints, SETTINGS.timestep) == pytest.approx(0.7, abs=0.1)
+    assert steepest(GRIP.joints, 2 * SETTINGS.timestep) == pytest.approx(1.3, abs=0.1)
+    assert steepest(np.clip(0.0, LEFT.lower, LEFT.upper), SETTINGS.timestep) < 1.1  # stretched
+
+
 # --- position control ------------------------------------------------------------------------------------------------
 
 POSITION = replace(SETTINGS, control="position")
