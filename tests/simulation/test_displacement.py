@@ -7,8 +7,8 @@ import pinocchio as pin
 import pytest
 from grips import box, faces, grip
 from readings import turn
-from sgnlp.simulation.command import Command
 
+from sgnlp.control.command import Command
 from sgnlp.hand.hand import load_hand
 from sgnlp.hand.kinematics import frames
 from sgnlp.simulation import SimulationSettings
