@@ -69,6 +69,9 @@ class FakeNode:
     def get_clock(self):
         return SimpleNamespace(now=lambda: SimpleNamespace(nanoseconds=self.now))
 
+    def destroy_node(self):
+        self.publisher = None
+
     def get_logger(self):
         return SimpleNamespace(error=lambda text: None)
 
@@ -77,8 +80,9 @@ class FakeNode:
 def ros(monkeypatch) -> Iterator[dict[str, type]]:
     """Modules of ROS that hold no more than the node asks for."""
     made = {kind: message(kind) for kind in MESSAGES}
-    modules = {"rclpy": ModuleType("rclpy"), "rclpy.node": ModuleType("rclpy.node")}
+    modules = {name: ModuleType(name) for name in ("rclpy", "rclpy.node", "rclpy.signals")}
     modules["rclpy.node"].Node = FakeNode
+    modules["rclpy.signals"].SignalHandlerOptions = SimpleNamespace(NO=0)
     for kind, cls in made.items():
         package, name = kind.split("/")
         modules |= {package: ModuleType(package), f"{package}.msg": ModuleType(f"{package}.msg")}
@@ -103,13 +107,18 @@ def grasps(folder) -> sgnlp.Grasps:
     return sgnlp.load_grasps(folder)
 
 
-def node(given: dict[str, Any]) -> Any:
-    """The node of the example with these parameters."""
-    FakeNode.given = given
+def example() -> ModuleType:
+    """The file of the node."""
     spec = importlib.util.spec_from_file_location("grasp_node", NODE)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    return module.GraspNode()
+    return module
+
+
+def node(given: dict[str, Any]) -> Any:
+    """The node of the example with these parameters."""
+    FakeNode.given = given
+    return example().GraspNode()
 
 
 def state(ros, names, joints, speeds) -> Any:
@@ -164,6 +173,20 @@ def test_states_of_another_part_or_without_speeds_are_passed_over_and_those_that
     assert running.sent == []
     running.heard["joint_states"](state(ros, names, np.full(len(names), np.nan), told.joints))
     assert running.sent[0].data == [0.0] * len(names)
+
+
+def test_when_it_is_interrupted_its_last_message_is_no_torque(ros, folder, grasps, monkeypatch):
+    FakeNode.given, running = {"result": str(folder)}, []
+
+    def spin(made):
+        running.append(made)
+        raise KeyboardInterrupt
+
+    known = {"init": lambda signal_handler_options: None, "spin": spin, "try_shutdown": lambda: None}
+    for name, function in known.items():
+        monkeypatch.setattr(sys.modules["rclpy"], name, function, raising=False)
+    example().main()
+    assert running[0].sent[-1].data == [0.0] * len(grasps.joint_names)
 
 
 def test_poses_have_the_fields_that_the_node_reads():

@@ -2,15 +2,17 @@
 
     python grasp_node.py --ros-args -p result:=results/can_1 -r commands:=/hand_effort_controller/commands
 
-It answers each `joint_states` that has all joints of the hand with a message on `commands`, for
-`effort_controllers/JointGroupEffortController` of ros2_control. At first it holds the pregrasp; the service `close`
-closes the hand. Nothing is sent while no states come: let the hardware go limp then, or stop.
+It answers each `joint_states` that has all joints of the hand with a message on `commands`, for ros2_control's
+`effort_controllers/JointGroupEffortController` or `forward_command_controller/ForwardCommandController` with the
+interface `effort`. At first it holds the pregrasp; the service `close` closes the hand. Nothing is sent while no states
+come, and ros2_control keeps the last torques then: let the hardware stop by itself.
 """
 
 import numpy as np
 import rclpy
 from geometry_msgs.msg import PoseStamped
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray
 from std_srvs.srv import Trigger
@@ -75,15 +77,17 @@ class GraspNode(Node):
 
 
 def main() -> None:
-    """Run the node until it is interrupted."""
-    rclpy.init()
+    """Run the node until it is interrupted; its last message lets the hand go limp."""
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # else the last message would not go out any more
     node = GraspNode()
     try:
         rclpy.spin(node)
+    except KeyboardInterrupt:
+        pass
     finally:
         node.publisher.publish(Float64MultiArray(data=[0.0] * len(node.order)))
         node.destroy_node()
-        rclpy.shutdown()
+        rclpy.try_shutdown()
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@
 //   sgnlp::Controller controller = sgnlp::Controller::load("grasp.txt");
 //   controller.torques(time, wrist, joints, speeds);  // in each cycle; nothing is allocated
 //
-// Joints are in the order of names(). Frames, units and equations: docs/pages/theory/controller.md.
+// Joints are in the order of names(). Frames, units and equations: docs/pages/howto/controller.md.
 #pragma once
 
 #include <Eigen/Dense>
