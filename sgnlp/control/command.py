@@ -3,8 +3,12 @@
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from sgnlp.base.arrays import Array
+from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
+from sgnlp.hand.hand import Hand
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,3 +42,17 @@ def command(grasps: Any, index: int = 0) -> Command:
         posture=closing.posture,
         joint_stiffness=closing.joint_stiffness,
     )
+
+
+def check(command: Command, hand: Hand) -> None:
+    """Raise `InputError` naming the first array of a command that does not fit the hand or is not finite."""
+    n, m = len(hand.joint_names), len(hand.fingers)
+    shapes = {"wrist": (7,), "joints": (n,), "tips": (m, 3), "targets": (m, 3), "gains": (m,)}
+    planned = {"joints_contact": (n,), "joints_squeeze": (n,)}
+    shapes |= {name: shape for name, shape in planned.items() if getattr(command, name) is not None}
+    for name, shape in shapes.items():
+        array = np.asarray(getattr(command, name))
+        if array.shape != shape or not np.isfinite(array).all():
+            raise InputError(f"the grasp's {name} must be {shape} finite numbers for '{hand.name}', not {array.shape}")
+    if np.min(command.gains) <= 0:
+        raise InputError("the grasp's gains must be positive")

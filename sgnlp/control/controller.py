@@ -5,7 +5,7 @@ import pinocchio as pin
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
-from sgnlp.control.command import Command
+from sgnlp.control.command import Command, check
 from sgnlp.control.law import Law, critical, freed, joint_torque, ramped, spring_forces
 from sgnlp.control.tree import Tree
 from sgnlp.hand.hand import Hand
@@ -22,7 +22,8 @@ class Controller:
     """
 
     def __init__(self, hand: Hand, command: Command, law: Law = IMPEDANCE) -> None:
-        """Raise `InputError` where position control is asked for and the grasp has no joints that squeeze."""
+        """Raise `InputError` where the grasp is not one of this hand, or has no joints that squeeze and needs them."""
+        check(command, hand)
         self.hand, self.command, self.law, self.tree = hand, command, law, Tree(hand)
         self.begin, self.end = _ends(command, law)
         """The first setpoints and the last, as `setpoints` has them."""

@@ -31,7 +31,9 @@ class Law(Checked):
 
 
 def ramped(begin: Array, end: Array, time: float, seconds: float) -> Array:
-    """The setpoint at a time [s]: linear from `begin` to `end` in so many seconds, then `end`. 0 s is a jump."""
+    """The setpoint at a time [s]: `begin` before 0, linear to `end` in so many seconds, then `end`. 0 s is a jump."""
+    if time < 0.0:
+        return begin
     return end if time >= seconds else begin + time / seconds * (end - begin)
 
 

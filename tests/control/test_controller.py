@@ -185,3 +185,12 @@ def test_under_position_control_each_joint_is_a_spring_to_a_setpoint_on_its_way_
 def test_position_control_of_a_plan_without_joints_is_refused():
     with pytest.raises(InputError, match=r"position control needs a plan of the joints at contact: --closing.planned"):
         Controller(LEFT, aimed(LEFT, joints_squeeze=None), Law(control="position"))
+
+
+@pytest.mark.parametrize(
+    "changes", [{"gains": np.ones(3)}, {"wrist": np.full(7, np.nan)}, {"joints_contact": np.ones(9)}]
+)
+def test_a_grasp_that_is_none_of_the_hand_is_refused(changes):
+    (name,) = changes
+    with pytest.raises(InputError, match=f"the grasp's {name} must be"):
+        Controller(LEFT, aimed(LEFT, **changes))

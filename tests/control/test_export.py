@@ -3,7 +3,6 @@
 import shutil
 import subprocess
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import casadi
@@ -58,9 +57,9 @@ def told(program, tmp_path) -> Callable[..., np.ndarray]:
 
 
 def states(hand: Hand, told, seed: int) -> list[tuple]:
-    """Times before, on and after the way, wrists that move, joints near the pregrasp and anywhere, speeds."""
+    """Times before, at, on and after the way, wrists that move, joints near the pregrasp and anywhere, speeds."""
     rng, n = np.random.default_rng(seed), len(hand.joint_names)
-    near = [(t, told.wrist, told.joints + rng.normal(0, 0.02, n), rng.normal(0, 0.1, n)) for t in (0.0, 0.1, 0.5)]
+    near = [(t, told.wrist, told.joints + rng.normal(0, 0.02, n), rng.normal(0, 0.1, n)) for t in (-1.0, 0.0, 0.1, 0.5)]
     return [*near, *((rng.uniform(0, 1), pose(rng), inside(hand, rng), rng.normal(size=n)) for _ in range(CYCLES))]
 
 
@@ -127,5 +126,5 @@ def test_a_file_that_cannot_be_written_and_a_number_that_is_none_are_refused(tmp
     with pytest.raises(InputError, match="cannot be written"):
         export(Controller(hand, aimed(hand)), tmp_path / "nowhere" / "grasp.txt")
     with pytest.raises(InputError, match="not finite"):
-        export(Controller(hand, replace(aimed(hand), gains=np.array([1.0, np.inf, 1.0, 1.0]))), tmp_path / "grasp.txt")
+        export(Controller(hand, aimed(hand, closing_seconds=np.inf)), tmp_path / "grasp.txt")
     assert not (tmp_path / "grasp.txt").exists()

@@ -53,6 +53,11 @@ def test_in_no_time_it_jumps():
     np.testing.assert_array_equal(ramped(np.zeros(2), np.ones(2), 0.0, 0.0), np.ones(2))
 
 
+@pytest.mark.parametrize("seconds", [0.0, 0.8])
+def test_before_its_time_it_stays_where_it_begins(seconds):
+    np.testing.assert_array_equal(ramped(np.zeros(2), np.ones(2), -0.1, seconds), np.zeros(2))
+
+
 # --- springs and dampers ---------------------------------------------------------------------------------------------
 
 

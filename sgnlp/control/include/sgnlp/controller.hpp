@@ -1,6 +1,6 @@
 // Carries out a planned grasp: joint torques from the time, the wrist and the joints, as sgnlp.control does in Python.
 //
-// A file that sgnlp.control.export wrote has hand, grasp and law. C++17; Eigen's headers are all it needs:
+// A file that sgnlp.control.export wrote has hand, grasp and law. C++17; the headers of Eigen 3.4 are all it needs:
 //
 //   sgnlp::Controller controller = sgnlp::Controller::load("grasp.txt");
 //   controller.torques(time, wrist, joints, speeds);  // in each cycle; nothing is allocated
@@ -49,7 +49,9 @@ class Controller {
   // The setpoints at a time [s] from the begin of closing: of the tips (3m) [m] in the frame of the root link, finger by
   // finger, or of the joints (n) [rad] under position control.
   const Vector& setpoints(double time) {
-    if (time >= seconds_)
+    if (time < 0.0)
+      setpoints_ = begin_;
+    else if (time >= seconds_)
       setpoints_ = end_;
     else
       setpoints_ = begin_ + time / seconds_ * (end_ - begin_);
