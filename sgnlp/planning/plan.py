@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.hand.hand import told
+from sgnlp.hand.hand import Hand, told
 from sgnlp.perception.observation import Observation
 from sgnlp.planning import results
 from sgnlp.planning.cautions import cautions
@@ -146,6 +146,14 @@ def _known(value: float) -> float | None:
     return value if isfinite(value) else None
 
 
+def _arm(s: Solution, hand: Hand) -> dict[str, Any] | None:
+    """The arm's joints by name, at the pregrasp, at the stand-off and lifted; nothing without an arm."""
+    if s.arm is None or hand.arm is None:
+        return None
+    places = zip(("pregrasp", "standoff", "lift"), s.arm.tolist(), strict=True)
+    return {place: dict(zip(hand.arm.joint_names, joints, strict=True)) for place, joints in places}
+
+
 def _check(check: Check) -> dict[str, Any]:
     """A check, with no bound where there is none: JSON has no infinity."""
     plain = asdict(check) | {"demand": check.demand}
@@ -176,6 +184,7 @@ def _grasp(s: Solution, plan: Plan) -> dict[str, Any]:
         "joints": dict(zip(hand.joint_names, s.joints.tolist(), strict=True)),
         "joints_contact": dict(zip(hand.joint_names, s.joints_contact.tolist(), strict=True)),
         "joints_squeeze": dict(zip(hand.joint_names, s.joints_squeeze.tolist(), strict=True)),
+        "arm": _arm(s, hand),
         "closing": asdict(plan.problem.settings.closing),
         "fingers": fingers,
         "confidence": _known(s.confidence),
