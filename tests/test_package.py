@@ -52,12 +52,13 @@ def python(code: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, encoding="utf-8")
 
 
-def test_the_wheel_holds_every_module_and_every_hand(wheel):
+def test_the_wheel_holds_every_module_hand_and_arm(wheel):
     names = set(wheel.namelist())
     modules = {str(path.relative_to(ROOT)) for path in (ROOT / "sgnlp").rglob("*.py")}
     hands = {f"sgnlp/{path.relative_to(ROOT)}" for path in (ROOT / "urdf").glob("*/hand.yaml")}
-    assert len(hands) >= 2
-    assert modules | hands | {"sgnlp/py.typed"} <= names
+    arms = {f"sgnlp/{path.relative_to(ROOT)}" for path in (ROOT / "urdf").glob("*/arm.yaml")}
+    assert min(len(hands), len(arms)) >= 2
+    assert modules | hands | arms | {"sgnlp/py.typed"} <= names
 
 
 def test_the_wheel_holds_nothing_but_the_package(wheel):

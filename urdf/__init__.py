@@ -1,1 +1,1 @@
-"""The hand descriptions: one folder each, holding `hand.yaml`."""
+"""The descriptions of hands and arms: one folder each, holding `hand.yaml` or `arm.yaml`."""

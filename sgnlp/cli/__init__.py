@@ -33,6 +33,7 @@ COMMANDS = {
     "cloud": "sgnlp.cli",
     "observe": "sgnlp.cli",
     "hands": "sgnlp.cli",
+    "arms": "sgnlp.cli",
     "check-hand": "sgnlp.cli",
     "study": "sgnlp.experiments.cli",
     "compare": "sgnlp.experiments.cli",

@@ -102,7 +102,12 @@ class _Reading:
         low, high = frozen(model.lowerPositionLimit), frozen(model.upperPositionLimit)
         self.part("effort", "positive", lambda: hand_file.effort(data["effort"], names), span("N m"))
         inside = "an angle a joint, inside its limits"
-        self.part("reference", inside, lambda: hand_file.reference(data["reference"], names, low, high), span("rad"))
+        self.part(
+            "reference",
+            inside,
+            lambda: hand_file.posture(data["reference"], "reference", names, low, high),
+            span("rad"),
+        )
 
     def fingers(self, data: dict[str, Any], model: pin.Model) -> None:
         """The fingers one by one, then the values of each finger."""

@@ -6,8 +6,7 @@ depends on the number of fingers or on the names of one hand.
 
 import functools
 import hashlib
-import importlib.resources
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +14,9 @@ import numpy as np
 import pinocchio as pin
 
 from sgnlp.base.arrays import Array
-from sgnlp.base.errors import InputError, unknown
-from sgnlp.hand import hand_file
+from sgnlp.base.errors import InputError
+from sgnlp.hand import hand_file, library
+from sgnlp.hand.arm import Arm, with_mount
 from sgnlp.hand.hand_file import Finger, Sphere, WristStart
 from sgnlp.hand.model import Mimic, joint_model, mimics, own_joints, urdf_file
 from sgnlp.hand.urdf_checks import description
@@ -56,7 +56,9 @@ class Hand:
     gain_upper: Array  # (m,) [N/m]
     gain_initial: Array  # (m,) [N/m]
     digest: str
-    """SHA-256 of the description, the URDF and the preset of spheres."""
+    """SHA-256 of the description, the URDF, the preset of spheres and, if it is on an arm, the arm's digest."""
+    arm: Arm | None = None
+    """What carries the hand; None for a wrist that is free."""
 
     @property
     def tip_radii(self) -> Array:
@@ -75,7 +77,7 @@ class Hand:
 
 def available_hands() -> tuple[str, ...]:
     """The names that `load_hand` knows, sorted."""
-    return tuple(sorted(file.parent.name for file in _library().glob(f"*/{HAND_FILE}")))
+    return library.names(HAND_FILE)
 
 
 def load_hand(name_or_folder: str | Path, spheres: str = "cover") -> Hand:
@@ -84,29 +86,36 @@ def load_hand(name_or_folder: str | Path, spheres: str = "cover") -> Hand:
     Raises `InputError`, in one line, for an unknown hand, preset, key, link or joint and for values that contradict
     each other or the URDF.
     """
-    file = Path(name_or_folder) / HAND_FILE
-    if str(name_or_folder) in available_hands():
-        file = _library() / str(name_or_folder) / HAND_FILE
-    if not file.is_file():
-        raise unknown("hand", str(name_or_folder), [*available_hands(), f"a folder holding {HAND_FILE}"])
+    file = library.find("hand", name_or_folder, HAND_FILE)
     try:
         return _loaded(file, hand_file.text(file), spheres)
     except InputError as error:
         raise InputError(f"{file.parent.name}/{file.name}: {error}") from None
 
 
+def on_arm(hand: Hand, arm: Arm) -> Hand:
+    """The hand carried by an arm, at the mount that the arm has for a hand of that name.
+
+    Raises:
+        InputError: the hand is on an arm already, or the two share a name of a joint or sphere.
+    """
+    if hand.arm is not None:
+        raise InputError(f"the hand '{hand.name}' is on the arm '{hand.arm.name}' already; give the hand alone")
+    for kind, ours, theirs in (
+        ("joint", arm.joint_names, hand.moving_joints),
+        ("sphere", [s.name for s in arm.spheres], [s.name for s in hand.spheres]),
+    ):
+        if both := sorted(set(ours) & set(theirs)):
+            raise InputError(f"the arm '{arm.name}' and the hand '{hand.name}' both have a {kind} '{both[0]}'")
+    arm = with_mount(arm, hand.name)
+    digest = hashlib.sha256(f"{hand.digest} {arm.digest}".encode()).hexdigest()
+    return replace(hand, arm=arm, digest=digest)
+
+
 @functools.lru_cache(maxsize=16)
 def _loaded(file: Path, text: str, preset: str) -> Hand:
     """The same text gives the same hand, so what is built for a hand is built once."""
     return _build(file, hand_file.entries(text), preset, text)
-
-
-def _library() -> Path:
-    """The folder of the hand descriptions: in the installed package, else beside it in the source tree."""
-    try:
-        return Path(str(importlib.resources.files("sgnlp.urdf")))
-    except ModuleNotFoundError:
-        return Path(__file__).parents[2] / "urdf"
 
 
 def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
@@ -130,7 +139,7 @@ def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
         lower=lower,
         upper=upper,
         effort=hand_file.effort(data["effort"], names),
-        reference=hand_file.reference(data["reference"], names, lower, upper),
+        reference=hand_file.posture(data["reference"], "reference", names, lower, upper),
         fingers=fingers,
         spheres=spheres.spheres,
         tip_spheres=spheres.pads,

@@ -26,6 +26,7 @@ from sgnlp.hand.yaml_nodes import (
 )
 
 KEYS = ("name", "urdf", "root", "effort", "fingers", "reference", "gains", "wrist", "spheres")
+POSE_KEYS = ("position", "euler_deg")
 MIN_FINGERS = 3  # fewer frictional point contacts cannot hold a rigid body against every wrench
 
 
@@ -97,10 +98,10 @@ class _Loader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
-def entries(content: str) -> dict[str, Any]:
-    """The entries of the file from its text, exactly those of `KEYS`."""
+def entries(content: str, keys: Sequence[str] = KEYS) -> dict[str, Any]:
+    """The entries of the file from its text, exactly those of `keys`."""
     try:
-        return mapping(yaml.load(content, _Loader), "the file", KEYS)
+        return mapping(yaml.load(content, _Loader), "the file", keys)
     except (yaml.YAMLError, ValueError, TypeError) as error:
         tabs = [i for i, line in enumerate(content.splitlines(), 1) if "\t" in line]
         if tabs and "\\t" in str(error):
@@ -139,11 +140,11 @@ def effort(node: Any, names: Sequence[str]) -> Array:
     return values
 
 
-def reference(node: Any, names: Sequence[str], lower: Array, upper: Array) -> Array:
-    """The relaxed pose (n,) [rad or m], inside the limits."""
-    angles = mapping(node, "reference", names)
-    values = numbers([angles[name] for name in names], (len(names),), "reference")
-    check_order(lower, values, upper, names, "reference angle")
+def posture(node: Any, where: str, names: Sequence[str], lower: Array, upper: Array) -> Array:
+    """An angle for every joint by its name (n,) [rad or m], inside the limits."""
+    angles = mapping(node, where, names)
+    values = numbers([angles[name] for name in names], (len(names),), where)
+    check_order(lower, values, upper, names, f"{where} angle")
     return values
 
 
@@ -162,25 +163,35 @@ def spheres(node: Any, preset: str, model: pin.Model, names: Sequence[str]) -> S
     if preset not in presets:
         raise unknown("preset of spheres", preset, presets)
     data = mapping(presets[preset], f"spheres {preset}", ("spheres", "pads", "pairs"))
-    read = tuple(_sphere(name, value, model) for name, value in any_mapping(data["spheres"], "spheres").items())
-    index = {sphere.name: i for i, sphere in enumerate(read)}
-
-    def find(name: Any, kind: str) -> int:
-        if str(name) not in index:
-            raise unknown_name(kind, str(name), index)
-        return index[str(name)]
-
+    read = sphere_list(data["spheres"], model)
     pads = mapping(data["pads"], "pads", names)
-    tips = tuple(find(pads[name], f"sphere of the pad of finger '{name}'") for name in names)
+    tips = tuple(_index(read, pads[name], f"sphere of the pad of finger '{name}'") for name in names)
     if len(set(tips)) < len(tips):
         twice = next(tip for tip in tips if tips.count(tip) > 1)
         raise InputError(f"pads: the sphere '{read[twice].name}' is the pad of two fingers; name each one's own")
+    return SphereSet(read, tips, sphere_pairs(data["pairs"], read))
+
+
+def sphere_list(node: Any, model: pin.Model) -> tuple[Sphere, ...]:
+    """Spheres by name, in the file's order, on links of the model."""
+    return tuple(_sphere(name, value, model) for name, value in any_mapping(node, "spheres").items())
+
+
+def sphere_pairs(node: Any, among: Sequence[Sphere]) -> tuple[tuple[int, int], ...]:
+    """Pairs of names of spheres as indices into `among`."""
     pairs = []
-    for pair in sequence(data["pairs"], "pairs"):
+    for pair in sequence(node, "pairs"):
         if len(sequence(pair, "a pair")) != 2 or pair[0] == pair[1]:
             raise InputError(f"a pair must be two different spheres, not {pair}")
-        pairs.append((find(pair[0], "sphere in a pair"), find(pair[1], "sphere in a pair")))
-    return SphereSet(read, tips, tuple(pairs))
+        pairs.append((_index(among, pair[0], "sphere in a pair"), _index(among, pair[1], "sphere in a pair")))
+    return tuple(pairs)
+
+
+def _index(among: Sequence[Sphere], name: Any, kind: str) -> int:
+    index = {sphere.name: i for i, sphere in enumerate(among)}
+    if str(name) not in index:
+        raise unknown_name(kind, str(name), index)
+    return index[str(name)]
 
 
 def _sphere(name: str, node: Any, model: pin.Model) -> Sphere:
@@ -196,7 +207,7 @@ def wrist_starts(node: Any) -> tuple[WristStart, ...]:
     turn = _rotation(data["root_euler_deg"], "root_euler_deg")
     starts = []
     for i, entry in enumerate(sequence(data["starts"], "wrist starts"), 1):
-        start = mapping(entry, f"wrist start {i}", ("position", "euler_deg"))
+        start = mapping(entry, f"wrist start {i}", POSE_KEYS)
         rotation = _rotation(start["euler_deg"], f"euler_deg of wrist start {i}") @ turn
         quaternion = frozen(pin.Quaternion(rotation).normalized().coeffs())
         starts.append(WristStart(numbers(start["position"], (3,), f"position of wrist start {i}"), quaternion))
@@ -209,6 +220,14 @@ def palm_direction(node: Any) -> Array:
     """The unit vector (3,) that the palm looks in, in the root's frame: down where `root_euler_deg` alone turns it."""
     turn = _rotation(mapping(node, "wrist", ("root_euler_deg", "starts"))["root_euler_deg"], "root_euler_deg")
     return frozen(turn.T @ [0.0, 0.0, -1.0])
+
+
+def pose(node: Any, where: str) -> Array:
+    """The pose (7,), x y z qx qy qz qw, of a `position` [m] and intrinsic XYZ `euler_deg`."""
+    data = mapping(node, where, POSE_KEYS)
+    rotation = _rotation(data["euler_deg"], f"euler_deg of {where}")
+    quaternion = pin.Quaternion(rotation).normalized().coeffs()
+    return frozen([*numbers(data["position"], (3,), f"position of {where}"), *quaternion])
 
 
 def _rotation(euler_deg: Any, where: str) -> Array:

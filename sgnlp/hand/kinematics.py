@@ -16,8 +16,11 @@ import pinocchio as pin
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.hand.hand import Hand
+from sgnlp.hand.model import places
 
 Backend = Literal["pinocchio.casadi", "model walk"]
+Chain = list[tuple[ca.SX, ca.SX]]
+"""Rotation (3, 3) and position (3,) [m] in the world of the universe and every joint."""
 
 SERIES_TERMS = 16
 """Terms of the power series in θ². The remainder is under 1e-16 for |θ| ≤ 4 in the value and two derivatives."""
@@ -55,22 +58,33 @@ def forward(hand: Hand, wrist: ca.SX, joints: ca.SX, v: ca.SX, using: Backend | 
     angles, `v` (6+n,) the tangent: linear and angular part in the seed's body frame [m, rad], then the joints [rad].
     Raises `InputError` for a backend that does not run here.
     """
+    rotation, position = _integrate_pose(wrist, v[:6])
+    chain = placements(hand.model, rotation, position, joints + v[6:], using)
+    tips = points(hand.model, chain, [(finger.frame, finger.offset) for finger in hand.fingers])
+    spheres = points(hand.model, chain, [(sphere.link, sphere.centre) for sphere in hand.spheres])
+    origins = points(hand.model, chain, [(link, np.zeros(3)) for link in link_names(hand)])
+    tips, spheres, position, rotation = ca.cse([tips, spheres, position, rotation])
+    return Frames(tips, spheres, position, rotation, origins)
+
+
+def placements(
+    model: pin.Model, rotation: ca.SX, position: ca.SX, angles: ca.SX, using: Backend | None = None
+) -> Chain:
+    """World placements of the universe and all joints, for the root link's rotation (3, 3) and position (3,) [m].
+
+    Raises `InputError` for a backend that does not run here.
+    """
     using = using or backend()
     if using not in backends():
         raise unknown("kinematics backend", using, backends())
-    rotation, position = _integrate_pose(wrist, v[:6])
-    placements = {"pinocchio.casadi": _pinocchio_placements, "model walk": _walk_placements}[using]
-    chain = placements(hand, rotation, position, joints + v[6:])
+    walk = {"pinocchio.casadi": _pinocchio_placements, "model walk": _walk_placements}[using]
+    return walk(model, rotation, position, angles)
 
-    def points(places: list[tuple[str, Array]]) -> ca.SX:
-        rows = [_point(hand, chain, link, point).T for link, point in places]
-        return ca.vertcat(*rows) if rows else ca.SX(0, 3)
 
-    tips = points([(finger.frame, finger.offset) for finger in hand.fingers])
-    spheres = points([(sphere.link, sphere.centre) for sphere in hand.spheres])
-    origins = points([(link, np.zeros(3)) for link in link_names(hand)])
-    tips, spheres, position, rotation = ca.cse([tips, spheres, position, rotation])
-    return Frames(tips, spheres, position, rotation, origins)
+def points(model: pin.Model, chain: Chain, on_links: list[tuple[str, Array]]) -> ca.SX:
+    """World positions (K, 3) [m] of points fixed to links, from the `placements` of the joints."""
+    rows = [_point(model, chain, link, point).T for link, point in on_links]
+    return ca.vertcat(*rows) if rows else ca.SX(0, 3)
 
 
 def integrate(hand: Hand, wrist: Array, joints: Array, v: Array) -> tuple[Array, Array]:
@@ -85,27 +99,18 @@ def link_names(hand: Hand) -> tuple[str, ...]:
 
 def link_origins(hand: Hand, wrist: Array, joints: Array) -> Array:
     """Origins (L, 3) [m] of the frames of `link_names` in the world, by numeric Pinocchio."""
-    return _places(hand, wrist, joints, [(link, np.zeros(3)) for link in link_names(hand)])
+    return places(hand.model, wrist, joints, [(link, np.zeros(3)) for link in link_names(hand)])
 
 
 def tips(hand: Hand, wrist: Array, joints: Array) -> Array:
     """World positions of the tips (m, 3) [m] by numeric Pinocchio."""
-    return _places(hand, wrist, joints, [(finger.frame, finger.offset) for finger in hand.fingers])
+    return places(hand.model, wrist, joints, [(finger.frame, finger.offset) for finger in hand.fingers])
 
 
 def frames(hand: Hand, wrist: Array, joints: Array) -> tuple[Array, Array]:
     """World positions of the tips (m, 3) and spheres (S, 3) [m] by numeric Pinocchio, independent of `forward`."""
     spheres = [(sphere.link, sphere.centre) for sphere in hand.spheres]
-    return tips(hand, wrist, joints), _places(hand, wrist, joints, spheres)
-
-
-def _places(hand: Hand, wrist: Array, joints: Array, points: list[tuple[str, Array]]) -> Array:
-    """World positions (K, 3) [m] of points fixed to links."""
-    data = hand.model.createData()
-    pin.framesForwardKinematics(hand.model, data, np.asarray(joints, float))
-    root = pin.XYZQUATToSE3(np.asarray(wrist, float))
-    rows = [root.act(data.oMf[_frame(hand, link)].act(np.array(point))) for link, point in points]
-    return np.array(rows).reshape(-1, 3)
+    return tips(hand, wrist, joints), places(hand.model, wrist, joints, spheres)
 
 
 def joint_torques(hand: Hand, wrist: Array, joints: Array, forces: Array) -> Array:
@@ -132,11 +137,11 @@ def _frame(hand: Hand, link: str) -> int:
     return hand.model.getFrameId(link, pin.FrameType.BODY)
 
 
-def _point(hand: Hand, chain: list[tuple[ca.SX, ca.SX]], link: str, point: Array) -> ca.SX:
-    """The world position (3,) of a point fixed to a link, from the world placements of the joints."""
-    frame = hand.model.frames[_frame(hand, link)]
+def _point(model: pin.Model, chain: Chain, link: str, point: Array) -> ca.SX:
+    """The world position (3,) of a point fixed to a link."""
+    frame = model.frames[model.getFrameId(link, pin.FrameType.BODY)]
     rotation, position = chain[frame.parentJoint]
-    return position + ca.mtimes(rotation, _constant(frame.placement.act(np.array(point))))
+    return position + ca.mtimes(rotation, constant(frame.placement.act(np.array(point))))
 
 
 def _integrate_pose(wrist: ca.SX, twist: ca.SX) -> tuple[ca.SX, ca.SX]:
@@ -177,20 +182,19 @@ def _series(square: ca.SX, first: int) -> ca.SX:
     return value
 
 
-def _walk_placements(hand: Hand, rotation: ca.SX, position: ca.SX, angles: ca.SX) -> list[tuple[ca.SX, ca.SX]]:
+def _walk_placements(model: pin.Model, rotation: ca.SX, position: ca.SX, angles: ca.SX) -> Chain:
     """World placements of all joints by recursion over the model's tree: parent · placement · motion."""
-    model = hand.model
-    placements = [(rotation, position)]
+    chain = [(rotation, position)]
     for joint in range(1, model.njoints):
-        parent_rotation, parent_position = placements[model.parents[joint]]
+        parent_rotation, parent_position = chain[model.parents[joint]]
         placement = model.jointPlacements[joint]
         turn, shift = _motion(model, joint, angles[model.idx_qs[joint]])
-        turn = ca.mtimes(_constant(placement.rotation), turn)
-        shift = _constant(placement.translation) + ca.mtimes(_constant(placement.rotation), shift)
-        placements.append(
+        turn = ca.mtimes(constant(placement.rotation), turn)
+        shift = constant(placement.translation) + ca.mtimes(constant(placement.rotation), shift)
+        chain.append(
             (ca.mtimes(parent_rotation, turn), parent_position + ca.mtimes(parent_rotation, ca.sparsify(shift)))
         )
-    return placements
+    return chain
 
 
 def _motion(model: pin.Model, joint: int, q: ca.SX) -> tuple[ca.SX, ca.SX]:
@@ -214,17 +218,17 @@ def _motion(model: pin.Model, joint: int, q: ca.SX) -> tuple[ca.SX, ca.SX]:
     return ca.sparsify(turn), ca.SX(3, 1)
 
 
-def _pinocchio_placements(hand: Hand, rotation: ca.SX, position: ca.SX, angles: ca.SX) -> list[tuple[ca.SX, ca.SX]]:
+def _pinocchio_placements(model: pin.Model, rotation: ca.SX, position: ca.SX, angles: ca.SX) -> Chain:
     """World placements of all joints by Pinocchio's own recursion on CasADi scalars."""
     import pinocchio.casadi as cpin
 
-    model = cpin.Model(hand.model)
-    data = model.createData()
-    cpin.forwardKinematics(model, data, angles)
+    symbolic = cpin.Model(model)
+    data = symbolic.createData()
+    cpin.forwardKinematics(symbolic, data, angles)
     inner = [(ca.sparsify(place.rotation), ca.sparsify(place.translation)) for place in data.oMi]
     return [(ca.mtimes(rotation, turn), position + ca.mtimes(rotation, shift)) for turn, shift in inner]
 
 
-def _constant(values: Array) -> ca.SX:
+def constant(values: Array) -> ca.SX:
     """A constant whose zeros are structural, so that products with it cost nothing."""
     return ca.sparsify(ca.SX(np.asarray(values, float)))

@@ -1,4 +1,4 @@
-"""The meshes that a hand's URDF shows, and where they are."""
+"""The meshes that the URDF of a hand or arm shows, and where they are."""
 
 import functools
 from typing import Any
@@ -8,6 +8,7 @@ import pinocchio as pin
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
+from sgnlp.hand.arm import Arm
 from sgnlp.hand.hand import Hand
 from sgnlp.perception.synthetic.meshes import Mesh, box, cylinder, unit_sphere
 
@@ -18,7 +19,7 @@ BALL_POINTS, SIDES = 100, 24
 
 
 @functools.lru_cache(maxsize=4)
-def _geometry(hand: Hand) -> pin.GeometryModel:
+def _geometry(hand: Hand | Arm) -> pin.GeometryModel:
     """What the URDF shows."""
     try:
         model = pin.buildGeomFromUrdfString(hand.model, hand.description, pin.GeometryType.VISUAL, package_dirs=[])
@@ -61,7 +62,7 @@ def _mesh(shown: pin.GeometryObject) -> Mesh:
     return Mesh(shape.radius * ball.vertices, ball.faces)
 
 
-def link_meshes(hand: Hand) -> tuple[list[Mesh], list[tuple[float, float, float]]]:
+def link_meshes(hand: Hand | Arm) -> tuple[list[Mesh], list[tuple[float, float, float]]]:
     """The L meshes of the links in their own frames [m], and their colours.
 
     Raises:
@@ -75,18 +76,18 @@ def link_meshes(hand: Hand) -> tuple[list[Mesh], list[tuple[float, float, float]
     return meshes, colours
 
 
-def mesh_files(hand: Hand) -> list[tuple[str, tuple[float, ...]]]:
+def mesh_files(hand: Hand | Arm) -> list[tuple[str, tuple[float, ...]]]:
     """Of the L meshes, the path of the file, "" for a solid of the URDF's own, and the scale that it is read with."""
     return [(shown.meshPath, tuple(map(float, shown.meshScale))) for shown in _geometry(hand).geometryObjects]
 
 
-def mesh_links(hand: Hand) -> list[str]:
+def mesh_links(hand: Hand | Arm) -> list[str]:
     """The names of the links that the L meshes belong to."""
     return [hand.model.frames[shown.parentFrame].name for shown in _geometry(hand).geometryObjects]
 
 
-def link_poses(hand: Hand, wrist: Array, joints: Array) -> Array:
-    """Poses (L, 4, 4) of the meshes in the world, for the root link at `wrist` (7) and `joints` (n)."""
+def link_poses(hand: Hand | Arm, wrist: Array, joints: Array) -> Array:
+    """Poses (L, 4, 4) of the meshes, for the root link at `wrist` (7), which is an arm's `base`, and `joints` (n)."""
     geometry, data = _geometry(hand), hand.model.createData()
     places = geometry.createData()
     pin.updateGeometryPlacements(hand.model, data, geometry, places, np.asarray(joints, float))

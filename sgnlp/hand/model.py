@@ -12,8 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pinocchio as pin
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.hand.yaml_nodes import mapping, unknown_name
 
@@ -127,6 +129,16 @@ def coordinates(model: pin.Model, frame: int) -> tuple[int, ...]:
     """The coordinates that move a frame, from the root on; a mimic joint counts as the one that it follows."""
     support = model.supports[model.frames[frame].parentJoint]
     return tuple(dict.fromkeys(model.idx_qs[joint] for joint in support if joint > 0))
+
+
+def places(model: pin.Model, root: Array, joints: Array, points: list[tuple[str, Array]]) -> Array:
+    """World positions (K, 3) [m] of points fixed to links, for the root link at `root` (7,), by numeric Pinocchio."""
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, np.asarray(joints, float))
+    base = pin.XYZQUATToSE3(np.asarray(root, float))
+    frames = [(model.getFrameId(link, pin.FrameType.BODY), point) for link, point in points]
+    rows = [base.act(data.oMf[frame].act(np.array(point))) for frame, point in frames]
+    return np.array(rows).reshape(-1, 3)
 
 
 def _narrow(model: pin.Model, mimic: Mimic, limit: ElementTree.Element) -> None:

@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.text import Text
 
 from sgnlp.base.arrays import Array
+from sgnlp.hand.arm import Arm
 from sgnlp.hand.hand import Hand
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.problem import Problem
@@ -143,6 +144,15 @@ def hands_table(hands: list[Hand]) -> Table:
         counts = (len(hand.joint_names), len(hand.spheres), len(hand.wrist_starts))
         rows.append((hand.name, fingers, *map(str, counts)))
     return table(Sheet("Hands", tuple(rows)))
+
+
+def arms_table(arms: list[Arm]) -> Table:
+    """One row an arm."""
+    rows: list[tuple[str, ...]] = [("name", "joints", "flange", "base [m]", "spheres")]
+    for arm in arms:
+        base = " ".join(f"{x:g}" for x in arm.base[:3])
+        rows.append((arm.name, str(len(arm.joint_names)), arm.flange, base, str(len(arm.spheres))))
+    return table(Sheet("Arms", tuple(rows)))
 
 
 def facts_table(title: str, facts: dict[str, Any]) -> Table:

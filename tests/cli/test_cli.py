@@ -569,6 +569,15 @@ def test_hands_are_listed(capfd):
     assert err == ""
 
 
+def test_arms_are_listed_and_are_no_hands(capfd):
+    assert run(["arms"]) == 0
+    out, err = capfd.readouterr()
+    assert all(name in out for name in ("panda", "ur5", "ur10", "-0.55 0 0"))
+    assert err == ""
+    assert run(["hands"]) == 0
+    assert "panda" not in capfd.readouterr().out
+
+
 def test_the_doctor_tells_versions_solvers_and_backend(capfd):
     assert run(["doctor"]) == 0
     out, err = capfd.readouterr()

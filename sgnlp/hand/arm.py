@@ -1,0 +1,156 @@
+"""The arm that carries a hand: kinematic model, limits, home, base, mount and collision spheres.
+
+An arm is a folder of `urdf/` holding one `arm.yaml` (its keys are described in `urdf/README.md`).
+"""
+
+import functools
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from sgnlp.base.arrays import Array
+from sgnlp.base.errors import InputError
+from sgnlp.hand import arm_file, hand_file, library
+from sgnlp.hand.hand_file import Sphere
+from sgnlp.hand.model import coordinates, joint_model, own_joints, places, urdf_file
+from sgnlp.hand.urdf_checks import description
+from sgnlp.hand.yaml_nodes import numbers, word
+
+ARM_FILE = "arm.yaml"
+UNIT = 1e-6
+"""How far a quaternion's length may be from 1."""
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """An arm with a joints, from its root link to its flange; every joint array follows `joint_names`."""
+
+    name: str
+    urdf: Path
+    description: str
+    """The URDF of what counts, by `sgnlp.hand.urdf_checks` and `arm_file.chain`: no gripper, nothing on the flange."""
+    model: pin.Model
+    """The joints with the root link fixed at the origin."""
+    root: str
+    joint_names: tuple[str, ...]
+    """The a joints, from the root on."""
+    lower: Array  # (a,) [rad or m]
+    upper: Array  # (a,) [rad or m]
+    velocity: Array  # (a,) [rad/s or m/s]
+    effort: Array  # (a,) [N m or N]
+    home: Array  # (a,) [rad or m]
+    base: Array  # (7,) x y z qx qy qz qw, pose of the root link in the world
+    flange: str
+    mount: Array  # (7,) x y z qx qy qz qw, pose of the hand's root link in the flange's frame
+    mounts: Mapping[str, Array]
+    """The mount by the name of the hand; `default` for all others."""
+    spheres: tuple[Sphere, ...]
+    pairs: tuple[tuple[int, int], ...]
+    """Indices into `spheres` of the pairs checked for self-collision."""
+    digest: str
+    """SHA-256 of the description and the URDF, and of the base or mount if they are not the file's."""
+
+    @property
+    def table_spheres(self) -> tuple[int, ...]:
+        """Indices into `spheres` of those that can come down to the table: two joints or more move them.
+
+        What stands fixed stands on the table, and the first joint only turns about the axis that rises from it.
+        """
+        links = [self.model.getFrameId(sphere.link, pin.FrameType.BODY) for sphere in self.spheres]
+        return tuple(i for i, link in enumerate(links) if len(coordinates(self.model, link)) > 1)
+
+
+def available_arms() -> tuple[str, ...]:
+    """The names that `load_arm` knows, sorted."""
+    return library.names(ARM_FILE)
+
+
+def load_arm(name_or_folder: str | Path) -> Arm:
+    """The arm of that name in `urdf/`, or of a folder holding `arm.yaml`, with the default mount.
+
+    Raises `InputError`, in one line, for an unknown arm, key, link or joint and for values that contradict each other
+    or the URDF.
+    """
+    file = library.find("arm", name_or_folder, ARM_FILE)
+    try:
+        return _loaded(file, hand_file.text(file))
+    except InputError as error:
+        raise InputError(f"{file.parent.name}/{file.name}: {error}") from None
+
+
+def with_base(arm: Arm, pose: Array) -> Arm:
+    """The arm with its root link at a pose (7,), x y z qx qy qz qw, of the world.
+
+    Raises:
+        InputError: it is not seven finite numbers with a quaternion of length 1.
+    """
+    values = numbers(pose, (7,), "the base of an arm, x y z qx qy qz qw,")
+    if abs(np.linalg.norm(values[3:]) - 1.0) > UNIT:
+        raise InputError(f"the base of an arm must end in a quaternion of length 1, not {np.linalg.norm(values[3:]):g}")
+    return replace(arm, base=values, digest=_digest(arm.digest, "base", *values))
+
+
+def with_mount(arm: Arm, hand: str) -> Arm:
+    """The arm with its mount for the hand of that name."""
+    mount = arm.mounts.get(hand, arm.mounts[arm_file.DEFAULT])
+    return replace(arm, mount=mount, digest=_digest(arm.digest, "mount", *mount))
+
+
+@functools.lru_cache(maxsize=16)
+def _loaded(file: Path, text: str) -> Arm:
+    """The same text gives the same arm."""
+    arm = _build(file, hand_file.entries(text, arm_file.KEYS), text)
+    _check_home(arm)
+    return arm
+
+
+def _build(file: Path, data: dict[str, Any], text: str) -> Arm:
+    urdf = urdf_file(data["urdf"], file.parent)
+    flange = word(data["flange"], "flange")
+    described = arm_file.chain(description(urdf), flange)
+    model = joint_model(described, data["root"])
+    names = own_joints(model)
+    lower, upper = (
+        numbers(ends, (len(names),), "limits") for ends in (model.lowerPositionLimit, model.upperPositionLimit)
+    )
+    spheres, mounts = hand_file.sphere_list(data["spheres"], model), arm_file.mounts(data["mount"])
+    return Arm(
+        name=word(data["name"], "name"),
+        urdf=urdf,
+        description=described,
+        model=model,
+        root=data["root"],
+        joint_names=names,
+        lower=lower,
+        upper=upper,
+        velocity=arm_file.limits(model.velocityLimit, names, "velocity"),
+        effort=arm_file.limits(model.effortLimit, names, "effort"),
+        home=hand_file.posture(data["home"], "home", names, lower, upper),
+        base=hand_file.pose(data["base"], "base"),
+        flange=flange,
+        mount=mounts[arm_file.DEFAULT],
+        mounts=mounts,
+        spheres=spheres,
+        pairs=hand_file.sphere_pairs(data["pairs"], spheres),
+        digest=_digest(text, urdf.read_bytes()),
+    )
+
+
+def _check_home(arm: Arm) -> None:
+    """Refuse pairs of spheres that overlap at home: they would at every posture near it."""
+    centres = places(arm.model, arm.base, arm.home, [(sphere.link, sphere.centre) for sphere in arm.spheres])
+    for i, j in arm.pairs:
+        one, other = arm.spheres[i], arm.spheres[j]
+        overlap = one.radius + other.radius - float(np.linalg.norm(centres[i] - centres[j]))
+        if overlap >= 0:
+            raise InputError(f"pairs: '{one.name}' and '{other.name}' overlap by {1e3 * overlap:.1f} mm at home")
+
+
+def _digest(*parts: Any) -> str:
+    encoded = [part if isinstance(part, bytes) else str(part).encode() for part in parts]
+    return hashlib.sha256(b"\0".join(encoded)).hexdigest()

@@ -1,0 +1,76 @@
+"""The parts of an arm's file `arm.yaml`, and of its URDF what counts. The keys are in `urdf/README.md`."""
+
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Sequence
+from typing import Any
+
+from sgnlp.base.arrays import Array
+from sgnlp.base.errors import InputError
+from sgnlp.hand.hand_file import POSE_KEYS, pose
+from sgnlp.hand.yaml_nodes import any_mapping, frozen, positive, unknown_name
+
+KEYS = ("name", "urdf", "root", "flange", "home", "base", "mount", "spheres", "pairs")
+DEFAULT = "default"
+"""The key of the mount for every hand that has none of its own."""
+
+
+def chain(description: str, flange: str) -> str:
+    """The description without what the flange carries and what joints off the way to it move.
+
+    A link stays if it is on the way from the root to the flange, or fixed to one that stays other than the flange.
+
+    Raises:
+        InputError: there is no such link, no joint moves it, or a joint on the way mimics another.
+    """
+    robot = ElementTree.fromstring(description)
+    links = {link.get("name", ""): link for link in robot.findall("link")}
+    joints = {_end(joint, "child"): joint for joint in robot.findall("joint")}
+    if flange not in links:
+        raise unknown_name("flange", flange, links)
+    way = [flange]
+    while way[-1] in joints:
+        way.append(_end(joints[way[-1]], "parent"))
+    _check_way([joints[link] for link in way[:-1]], flange)
+
+    def stays(link: str) -> bool:
+        if link in way:
+            return True
+        joint = joints[link]
+        return joint.get("type") == "fixed" and _end(joint, "parent") != flange and stays(_end(joint, "parent"))
+
+    for link in [link for link in links if not stays(link)]:
+        robot.remove(links[link])
+        robot.remove(joints[link])
+    return ElementTree.tostring(robot, encoding="unicode")
+
+
+def _end(joint: ElementTree.Element, which: str) -> str:
+    """The link at an end of a joint, "parent" or "child"; every joint of a description has both."""
+    element = joint.find(which)
+    assert element is not None
+    return element.get("link", "")
+
+
+def _check_way(way: Sequence[ElementTree.Element], flange: str) -> None:
+    moving = [joint for joint in way if joint.get("type") != "fixed"]
+    if not moving:
+        raise InputError(f"no joint moves the flange '{flange}'; name the link that the hand is screwed to")
+    for joint in moving:
+        if joint.find("mimic") is not None:
+            raise InputError(f"joint '{joint.get('name')}' of the arm mimics another; remove its <mimic>")
+
+
+def limits(values: Array, names: Sequence[str], kind: str) -> Array:
+    """The largest efforts or velocities (a,), which the URDF is to give."""
+    for name, value in zip(names, values, strict=True):
+        positive(value, f"{kind} in the <limit> of the URDF's joint '{name}'")
+    return frozen(values)
+
+
+def mounts(node: Any) -> dict[str, Array]:
+    """The poses (7,) of the hands' root links in the flange's frame by the names of the hands, and by `DEFAULT`."""
+    if any(key in POSE_KEYS for key in any_mapping(node, "mount")):
+        return {DEFAULT: pose(node, "mount")}
+    if DEFAULT not in node:
+        raise InputError(f"mount: the key '{DEFAULT}' is missing; give position and euler_deg, or a pose a hand")
+    return {name: pose(one, f"mount of '{name}'") for name, one in any_mapping(node, "mount").items()}

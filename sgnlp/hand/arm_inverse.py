@@ -1,0 +1,115 @@
+"""Inverse kinematics of an arm: joints at which the hand's root link is at a pose.
+
+Damped Gauss-Newton steps (Levenberg-Marquardt) on e = (p* - p, log(R* Rᵀ)) with the joints kept within their limits:
+a joint that is at a limit, and would go beyond, rests for the step.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from sgnlp.base.arrays import Array
+from sgnlp.hand.arm import Arm
+from sgnlp.hand.arm_kinematics import manipulability, wrist_and_jacobian
+
+MAX_STEPS = 60
+MAX_TURN = 0.8
+"""Largest change of a joint in one step [rad or m]: beyond it the pose is not linear in the joints any more."""
+FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e-12, 1.0
+EASIER, HARDER = 0.1, 10.0
+"""What the damping is multiplied by after a step that helps and after one that does not."""
+DONE = 1e-9
+"""Length of e [m and rad] that is as good as none."""
+STALLED = 1e-2
+"""A step that makes |e| smaller, but by less than this share of it, hardly helps."""
+PATIENCE = 3
+"""So many of them in a row end the search."""
+NEAR = np.array([1e-4, 1e-3])
+"""Errors in position [m] and in rotation [rad] at which `reach_all` counts a pose as reached."""
+DISTINCT = 0.05
+"""Solutions that differ by less than this in every joint [rad or m] are one."""
+
+
+@dataclass
+class _Place:
+    """Where the arm is: joints q, error e (6,) and Jacobian (6, a)."""
+
+    q: Array
+    e: Array
+    J: Array
+
+
+def reach(arm: Arm, wrist_pose: Array, begin: Array) -> tuple[Array, Array]:
+    """Joints (a,) within the limits that bring the hand's root link nearest to a pose (7,), found from `begin` (a,).
+
+    Beside them the error (2,): the distance [m] and the angle [rad] that are left.
+    """
+    goal, data = pin.XYZQUATToSE3(np.asarray(wrist_pose, float)), arm.model.createData()
+    here = _place(arm, goal, np.clip(begin, arm.lower, arm.upper), data)
+    damping, slow = FIRST_DAMPING, 0
+    for _ in range(MAX_STEPS):
+        length = np.linalg.norm(here.e)
+        if length < DONE or slow == PATIENCE or damping > MOST_DAMPING:
+            break
+        there = _place(arm, goal, _stepped(arm, here, damping), data)
+        gain = 1.0 - np.linalg.norm(there.e) / length
+        if gain > 0:
+            here, damping = there, max(EASIER * damping, LEAST_DAMPING)
+            slow = slow + 1 if gain < STALLED else 0
+        else:
+            damping *= HARDER
+    return here.q, np.array([np.linalg.norm(here.e[:3]), np.linalg.norm(here.e[3:])])
+
+
+def reach_all(arm: Arm, pose: Array, seed: int, tries: int) -> list[Array]:
+    """Different joints (a,) that bring the hand's root link to a pose (7,) within `NEAR`; none if it is out of reach.
+
+    The search begins at home and at `tries` - 1 random postures. Angles are given in the turn nearest to home. First
+    comes the largest `fitness`.
+    """
+    rng = np.random.default_rng(seed)
+    begins = [arm.home, *rng.uniform(*_one_turn(arm), (tries - 1, len(arm.home)))]
+    found: list[Array] = []
+    for begin in begins:
+        q, error = reach(arm, pose, begin)
+        q = _unwound(arm, q)
+        if (error <= NEAR).all() and all(np.abs(q - other).max() > DISTINCT for other in found):
+            found.append(q)
+    return sorted(found, key=lambda q: -fitness(arm, q))
+
+
+def fitness(arm: Arm, q: Array) -> float:
+    """Manipulability times the room that the tightest joint has left, as a share of half its range: 0 to 1."""
+    room = np.minimum(q - arm.lower, arm.upper - q) / (arm.upper - arm.lower) * 2
+    return manipulability(arm, q) * float(max(room.min(), 0.0))
+
+
+def _place(arm: Arm, goal: pin.SE3, q: Array, data: pin.Data) -> _Place:
+    pose, J = wrist_and_jacobian(arm, q, data)
+    angle = pin.log3(goal.rotation @ pose.rotation.T)
+    return _Place(q, np.concatenate([goal.translation - pose.translation, angle]), J)
+
+
+def _stepped(arm: Arm, here: _Place, damping: float) -> Array:
+    """The joints after a step, within the limits. Joints that are at one, and would go beyond, rest."""
+    downhill = here.J.T @ here.e
+    rests = ((here.q <= arm.lower) & (downhill < 0)) | ((here.q >= arm.upper) & (downhill > 0))
+    J = here.J[:, ~rests]
+    step = np.zeros_like(here.q)
+    step[~rests] = np.linalg.solve(J.T @ J + damping * np.eye(J.shape[1]), J.T @ here.e)
+    step *= min(1.0, MAX_TURN / max(float(np.abs(step).max(initial=0.0)), MAX_TURN))
+    return np.clip(here.q + step, arm.lower, arm.upper)
+
+
+def _one_turn(arm: Arm) -> tuple[Array, Array]:
+    """Limits (a,) of the random postures: half a turn about home at most, for a pose repeats after a whole one."""
+    return np.maximum(arm.lower, arm.home - np.pi), np.minimum(arm.upper, arm.home + np.pi)
+
+
+def _unwound(arm: Arm, q: Array) -> Array:
+    """Whole turns taken off the revolute joints, so that each is as near to home as it can be within its limits."""
+    turning = np.array([joint.shortname().startswith("JointModelR") for joint in arm.model.joints[1:]])
+    turns = np.where(turning, 2 * np.pi * np.round((q - arm.home) / (2 * np.pi)), 0.0)
+    nearer = q - turns
+    return np.where((nearer >= arm.lower) & (nearer <= arm.upper), nearer, q)

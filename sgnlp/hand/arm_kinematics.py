@@ -1,0 +1,128 @@
+"""Kinematics and statics of an arm: numeric by Pinocchio and, beside it, the same as CasADi expressions.
+
+Twists and Jacobians are those of the hand's root link at its origin, along the axes of the world, linear part first.
+"""
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pinocchio as pin
+
+from sgnlp.base.arrays import Array
+from sgnlp.hand.arm import Arm
+from sgnlp.hand.kinematics import Backend, Chain, constant, placements, points
+from sgnlp.hand.model import places
+
+DAMPING = 1e-4
+"""ε [m or rad, by radian] of `log_manipulability`: singular values of the Jacobian far below it count as it."""
+TWIST = 6
+
+
+def wrist_pose(arm: Arm, q: Array) -> Array:
+    """The pose (7,), x y z qx qy qz qw, of the hand's root link in the world, for joints q (a,) [rad or m]."""
+    return np.asarray(pin.SE3ToXYZQUAT(wrist_and_jacobian(arm, q, arm.model.createData())[0]))
+
+
+def arm_spheres(arm: Arm, q: Array) -> Array:
+    """World positions (S, 3) [m] of the spheres."""
+    return places(arm.model, arm.base, q, [(sphere.link, sphere.centre) for sphere in arm.spheres])
+
+
+def wrist_jacobian(arm: Arm, q: Array) -> Array:
+    """∂(twist of the hand's root link)/∂q̇ (6, a)."""
+    return wrist_and_jacobian(arm, q, arm.model.createData())[1]
+
+
+def wrist_and_jacobian(arm: Arm, q: Array, data: pin.Data) -> tuple[pin.SE3, Array]:
+    """Pose and Jacobian (6, a) of the hand's root link, with `data` of the arm's model to work in."""
+    frame = arm.model.getFrameId(arm.flange, pin.FrameType.BODY)
+    inner = pin.computeFrameJacobian(arm.model, data, np.asarray(q, float), frame, pin.LOCAL_WORLD_ALIGNED)
+    base, mount = pin.XYZQUATToSE3(arm.base), pin.XYZQUATToSE3(arm.mount)
+    rotation, flange = base.rotation, data.oMf[frame]
+    lever = flange.rotation @ mount.translation
+    linear = inner[:3] - pin.skew(lever) @ inner[3:]
+    return base * flange * mount, np.vstack([rotation @ linear, rotation @ inner[3:]])
+
+
+def manipulability(arm: Arm, q: Array) -> float:
+    """√det(J Jᵀ), 0 at a singularity; √det(Jᵀ J) of an arm with less than six joints, which never has six twists."""
+    return float(np.sqrt(max(np.linalg.det(_gram(wrist_jacobian(arm, q))), 0.0)))
+
+
+def gravity_torques(arm: Arm, q: Array, mass: float, com_in_wrist: Array) -> Array:
+    """Joint torques (a,) [N m] that hold the arm and a point mass [kg] at rest.
+
+    They are those of the links' own masses by the URDF, and of `mass` at `com_in_wrist` (3,) [m] in the frame of the
+    hand's root link: the hand's mass and the object's at their common centre.
+    """
+    model = arm.model.copy()
+    pose, J = wrist_and_jacobian(arm, q, model.createData())
+    gravity = np.array(model.gravity.linear)  # along the world's z, to be told in the root link's axes
+    model.gravity.linear = pin.XYZQUATToSE3(arm.base).rotation.T @ gravity
+    links = pin.computeGeneralizedGravity(model, model.createData(), np.asarray(q, float))
+    lever = pose.rotation @ np.asarray(com_in_wrist, float)
+    return np.asarray(links - (J[:3] - pin.skew(lever) @ J[3:]).T @ (mass * gravity))
+
+
+def arm_forward(arm: Arm, q: ca.SX, using: Backend | None = None) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Rotation (3, 3) and position (3,) [m] of the hand's root link and the spheres (S, 3) [m], for joints q (a,).
+
+    Raises `InputError` for a backend that does not run here.
+    """
+    base = pin.XYZQUATToSE3(arm.base)
+    chain = placements(arm.model, constant(base.rotation), constant(base.translation), q, using)
+    spheres = points(arm.model, chain, [(sphere.link, sphere.centre) for sphere in arm.spheres])
+    rotation, position, spheres = ca.cse([*_wrist(arm, chain), spheres])
+    return rotation, position, spheres
+
+
+def log_manipulability(arm: Arm, q: ca.SX, using: Backend | None = None) -> ca.SX:
+    """log √det(J Jᵀ + ε² I), ε = `DAMPING`: that of `manipulability` away from singularities, smooth at them too.
+
+    The determinant is the product of the pivots of an L D Lᵀ factorisation. The motion of the first joint turns or
+    shifts all that comes after it alike, so that neither it nor the base has any part in it.
+    """
+    q = ca.vertcat(0, q[1:])
+    chain = placements(arm.model, constant(np.eye(3)), constant(np.zeros(3)), q, using)
+    gram = _gram(_symbolic_jacobian(arm, chain))
+    return sum(map(ca.log, _pivots(gram + DAMPING**2 * ca.SX.eye(gram.shape[0]))), ca.SX(0)) / 2
+
+
+def _gram(J: Any) -> Any:
+    """J Jᵀ, or Jᵀ J where that is the smaller one, of a Jacobian in NumPy or CasADi."""
+    return J @ J.T if J.shape[1] >= TWIST else J.T @ J
+
+
+def _wrist(arm: Arm, chain: Chain) -> tuple[ca.SX, ca.SX]:
+    """Rotation and position of the hand's root link, from the placements of the joints."""
+    frame = arm.model.frames[arm.model.getFrameId(arm.flange, pin.FrameType.BODY)]
+    on_joint = frame.placement * pin.XYZQUATToSE3(arm.mount)
+    rotation, position = chain[frame.parentJoint]
+    return (
+        ca.mtimes(rotation, constant(on_joint.rotation)),
+        position + ca.mtimes(rotation, constant(on_joint.translation)),
+    )
+
+
+def _symbolic_jacobian(arm: Arm, chain: Chain) -> ca.SX:
+    """The Jacobian (6, a), column by column: z × (p - pᵢ) and z of a revolute joint, z and 0 of a prismatic one."""
+    position, columns = _wrist(arm, chain)[1], []
+    for joint in range(1, arm.model.njoints):
+        data = arm.model.joints[joint].createData()
+        arm.model.joints[joint].calc(data, np.zeros(arm.model.nq))
+        linear, angular = np.split(np.asarray(data.S).ravel(), 2)  # its motion subspace, the same at every angle
+        rotation, origin = chain[joint]
+        along, about = ca.mtimes(rotation, constant(linear)), ca.mtimes(rotation, constant(angular))
+        columns.append(ca.vertcat(along + ca.cross(about, position - origin), about))
+    return ca.horzcat(*columns)
+
+
+def _pivots(matrix: ca.SX) -> list[ca.SX]:
+    """The pivots of L D Lᵀ, by outer products; their product is the determinant."""
+    pivots = []
+    for _ in range(matrix.shape[0]):
+        pivots.append(matrix[0, 0])
+        column = matrix[1:, 0]
+        matrix = matrix[1:, 1:] - ca.mtimes(column, column.T) / pivots[-1]
+    return pivots

@@ -1,0 +1,34 @@
+"""Where the descriptions are that come with the package: folders of `urdf/`, each of a hand or of an arm."""
+
+import importlib.resources
+from pathlib import Path
+
+from sgnlp.base.errors import unknown
+
+
+def names(file_name: str) -> tuple[str, ...]:
+    """The names, sorted, of the folders that hold a file of this name."""
+    return tuple(sorted(file.parent.name for file in _folder().glob(f"*/{file_name}")))
+
+
+def find(kind: str, name_or_folder: str | Path, file_name: str) -> Path:
+    """The file of the folder of that name in `urdf/`, or of any folder that holds one.
+
+    Raises:
+        InputError: there is none; `kind` says of what.
+    """
+    known = names(file_name)
+    file = Path(name_or_folder) / file_name
+    if str(name_or_folder) in known:
+        file = _folder() / str(name_or_folder) / file_name
+    if not file.is_file():
+        raise unknown(kind, str(name_or_folder), [*known, f"a folder holding {file_name}"])
+    return file
+
+
+def _folder() -> Path:
+    """In the installed package, else beside it in the source tree."""
+    try:
+        return Path(str(importlib.resources.files("sgnlp.urdf")))
+    except ModuleNotFoundError:
+        return Path(__file__).parents[2] / "urdf"
