@@ -17,6 +17,7 @@ import numpy as np
 import pinocchio as pin
 
 from sgnlp.base.arrays import Array
+from sgnlp.hand.arm_kinematics import arm_spheres
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import frames
 from sgnlp.planning.motion.trajectory import BETWEEN
@@ -51,14 +52,28 @@ class Samples:
         return Samples(self.name, self.times, self.centres[:, i], self.radii[i], tuple(self.names[j] for j in i))
 
 
-def hand_samples(hand: Hand, name: str, times: Array, wrist: Array, joints: Array) -> Samples:
-    """The hand's spheres at wrist poses (K, 7) and joints (K, n)."""
+def samples(hand: Hand, name: str, times: Array, wrist: Array, joints: Array, arm_joints: Array) -> Samples:
+    """The hand's spheres at wrist poses (K, 7) and joints (K, n), and then those of its arm at joints (K, a)."""
     postures, which = np.unique(joints, axis=0, return_inverse=True)
     local = np.array([frames(hand, ORIGIN, q)[1] for q in postures])[which.ravel()]
     roots = [pin.XYZQUATToSE3(pose) for pose in wrist]
     centres = np.array([x @ root.rotation.T + root.translation for x, root in zip(local, roots, strict=True)])
-    radii = np.array([sphere.radius for sphere in hand.spheres])
-    return Samples(name, times, centres, radii, tuple(sphere.name for sphere in hand.spheres))
+    spheres, arm = hand.spheres, hand.arm
+    if arm is not None:
+        spheres = (*spheres, *arm.spheres)
+        centres = np.concatenate([centres, np.array([arm_spheres(arm, q) for q in arm_joints])], axis=1)
+    return Samples(name, times, centres, np.array([s.radius for s in spheres]), tuple(s.name for s in spheres))
+
+
+def moving(hand: Hand) -> list[int]:
+    """Which spheres of `samples` move: all but those on the arm's root link, which stands where it was put."""
+    found = list(range(len(hand.spheres)))
+    arm = hand.arm
+    if arm is not None:
+        model = arm.model
+        frames_of = [model.frames[model.getFrameId(s.link, pin.FrameType.BODY)] for s in arm.spheres]
+        found += [len(hand.spheres) + i for i, frame in enumerate(frames_of) if frame.parentJoint > 0]
+    return found
 
 
 def to_object(problem: Problem, samples: Samples) -> Check:
@@ -83,16 +98,18 @@ def to_table(samples: Samples, height: float, margins: Array) -> Check:
 
 
 def to_itself(hand: Hand, samples: Samples) -> Check:
-    """Spheres of the hand's pairs clear of each other."""
-    i, j = np.array(hand.pairs, int).reshape(-1, 2).T
-    names = tuple(f"{samples.names[a]} to {samples.names[b]}" for a, b in hand.pairs)
+    """The pairs of the hand and those of its arm clear of each other."""
+    first, arm = len(hand.spheres), hand.arm
+    pairs = (*hand.pairs, *((first + a, first + b) for a, b in (arm.pairs if arm is not None else ())))
+    i, j = np.array(pairs, int).reshape(-1, 2).T
+    names = tuple(f"{samples.names[a]} to {samples.names[b]}" for a, b in pairs)
     apart = np.linalg.norm(samples.centres[:, i] - samples.centres[:, j], axis=2)
-    pairs = Samples(samples.name, samples.times, samples.centres[:, i], samples.radii[i] + samples.radii[j], names)
-    return _check(pairs, "self", apart, np.zeros(len(i)))
+    both = Samples(samples.name, samples.times, samples.centres[:, i], samples.radii[i] + samples.radii[j], names)
+    return _check(both, "self", apart, np.zeros(len(i)))
 
 
-def load_to_shapes(name: str, times: Array, points: Array, rises: Array, field: ShapeField) -> Check:
-    """Measured points (N, 3) of the object, risen by `rises` (K,) [m], clear of shapes."""
+def load_to_obstacles(name: str, times: Array, points: Array, rises: Array, field: ShapeField) -> Check:
+    """Measured points (N, 3) of the object, risen by `rises` (K,) [m], clear of obstacles."""
     up = np.array([0.0, 0.0, 1.0])
     clear = np.array([field.distance(points + rise * up).min(initial=inf) for rise in rises])[:, None]
     carried = Samples(name, times, np.zeros((len(times), 1, 3)), np.zeros(1), ("the object",))

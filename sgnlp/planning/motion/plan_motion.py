@@ -1,146 +1,94 @@
-"""From a planned grasp to its whole motion.
+"""From a planned grasp to its whole motion, with its checks."""
 
-    approach   wrist from x - l R a straight to the pregrasp x, fingers at the pregrasp: a palm's direction, l stand-off
-    close      wrist still, fingers from the pregrasp to first contact, setpoints of the springs from tips to contacts
-    squeeze    setpoints on to where they press: joints to `joints_squeeze`, springs to the targets
-    lift       all setpoints up by the height of the lift
-
-The share 1 - c of its way to the target that a finger goes until it touches is the close's share of `closing.seconds`,
-the largest of the fingers'; the squeeze has the rest. Each phase goes from rest to rest (`timing`).
-"""
-
-from dataclasses import dataclass
+from math import inf
 
 import numpy as np
-import pinocchio as pin
-from numpy.typing import NDArray
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.errors import InputError
 from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.motion import clearances
-from sgnlp.planning.motion.timing import seconds, shares, stated
-from sgnlp.planning.motion.trajectory import APPROACH, CLOSE, LIFT, PHASES, SQUEEZE, Trajectory
+from sgnlp.planning.motion.trajectory import APPROACH, BETWEEN, CLOSE, LIFT, Trajectory
+from sgnlp.planning.motion.way import Way, way
 from sgnlp.planning.problem import Problem
-from sgnlp.program.constraint import Check
+from sgnlp.program.constraint import LENGTH, Check
 
-UP = np.array([0.0, 0.0, 1.0])
+OFF = 1e-4
+"""An arm follows its path within this [m]."""
+FULL = 1.0
+"""Share of a joint's velocity limit that no step of the arm may ask for: a larger one is a jump."""
 
 
-def trajectory(problem: Problem, grasps: Grasps, points: Array, rank: int = 0) -> Trajectory:
+def trajectory(
+    problem: Problem, grasps: Grasps, points: Array, rank: int = 0, arm_joints: Array | None = None
+) -> Trajectory:
     """The motion of the grasp of a rank among what the problem has around the object, with its checks.
 
-    `points` (N, 3) [m] are those measured of the object: they are kept clear of obstacles on the lift.
+    `points` (N, 3) [m] are those measured of the object: they are kept clear of obstacles on the lift. `arm_joints`
+    (a,) are those of the hand's arm at the pregrasp.
+
+    Raises:
+        InputError: the hand is on an arm whose joints are not given.
     """
-    way = _way(problem, grasps, rank)
+    arm = problem.hand.arm
+    if arm is not None and (arm_joints is None or len(arm_joints) != len(arm.joint_names)):
+        raise InputError(f"the hand is on the arm '{arm.name}': give its {len(arm.joint_names)} joints at the pregrasp")
+    made = way(problem, grasps, rank, np.empty(0) if arm is None or arm_joints is None else arm_joints)
+    load = points @ grasps.rotation_eq[rank].T + grasps.translation_eq[rank]
     meta = {name: grasps.meta.get(name) for name in ("object", "hand", "input_digest")}
-    made = Trajectory(
-        times=way.times,
-        phase=way.phase,
-        wrist=way.wrist,
-        joints=way.joints,
-        arm=np.empty((len(way.times), 0)),
-        setpoints=way.setpoints,
+    return Trajectory(
+        times=made.times,
+        phase=made.phase,
+        wrist=made.wrist,
+        joints=made.joints,
+        arm=made.arm,
+        setpoints=made.setpoints,
         gains=grasps.gains[rank],
         joint_names=grasps.joint_names,
-        arm_joint_names=np.empty(0, "<U1"),
+        arm_joint_names=np.array([] if arm is None else arm.joint_names, np.str_),
         finger_names=grasps.finger_names,
-        checks=_checks(problem, way, grasps.joints_contact[rank], _at_equilibrium(grasps, rank, points)),
+        checks=(*_clear(problem, made, grasps.joints_contact[rank], load), *_followed(problem, made)),
         meta=meta | {"rank": rank, "start": int(grasps.start[rank]), "frame": problem.settings.motion.frame},
     )
-    return made
 
 
-@dataclass(frozen=True, eq=False)
-class _Way:
-    """The samples of all phases."""
-
-    times: Array
-    phase: NDArray[np.str_]
-    wrist: Array
-    joints: Array
-    setpoints: Array
-
-
-def _way(problem: Problem, grasps: Grasps, rank: int) -> _Way:
-    """Corner points of the phases, and the samples between them."""
-    motion = problem.settings.motion
-    wrist, back, up = grasps.wrist[rank], *_shifts(problem, grasps.wrist[rank])
-    begin, top = _shifted(wrist, back), _shifted(wrist, up)
-    tips, contacts, targets = grasps.tips_pregrasp[rank], grasps.contacts[rank], grasps.targets[rank]
-    open_, touch, press = grasps.joints[rank], grasps.joints_contact[rank], grasps.joints_squeeze[rank]
-    close, squeeze = _closing_seconds(problem, grasps, rank)
-    corners = (
-        (APPROACH, (begin, open_, tips + back), (wrist, open_, tips), seconds(_norm(back), np.array([motion.speed]))),
-        (CLOSE, (wrist, open_, tips), (wrist, touch, contacts), close),
-        (SQUEEZE, (wrist, touch, contacts), (wrist, press, targets), squeeze),
-        (LIFT, (wrist, press, targets), (top, press, targets + up), seconds(_norm(up), np.array([motion.speed]))),
-    )
-    assert tuple(name for name, *_ in corners) == PHASES
-    parts: list[list[Array]] = []
-    phase: list[str] = []
-    for name, low, high, duration in corners:
-        s = shares(duration, motion.step)[0 if not parts else 1 :]  # where phases meet there is one sample
-        phase += [name] * len(s)
-        parts.append([_between(a, b, s) for a, b in zip(low, high, strict=True)])
-    wrists, joints, setpoints = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return _Way(motion.step * np.arange(float(len(phase))), np.array(phase), wrists, joints, setpoints)
-
-
-def _closing_seconds(problem: Problem, grasps: Grasps, rank: int) -> tuple[float, float]:
-    """How long the close and the squeeze last [s]."""
-    whole, share = problem.settings.closing.seconds, float(1 - grasps.c[rank].min())
-    limits = problem.settings.motion.speed_share * stated(np.array(problem.hand.model.velocityLimit))
-    touch = grasps.joints_contact[rank]
-    close = seconds(touch - grasps.joints[rank], limits, share * whole)
-    return close, seconds(grasps.joints_squeeze[rank] - touch, limits, (1 - share) * whole)
-
-
-def _shifts(problem: Problem, wrist: Array) -> tuple[Array, Array]:
-    """From the pregrasp to the stand-off, and from there up with the object, (3,) [m] each."""
-    motion, R = problem.settings.motion, pin.XYZQUATToSE3(wrist).rotation
-    return -motion.standoff * (R @ problem.hand.palm), motion.lift * UP
-
-
-def _shifted(wrist: Array, by: Array) -> Array:
-    return wrist + np.concatenate([by, np.zeros(4)])
-
-
-def _norm(way: Array) -> Array:
-    return np.array([np.linalg.norm(way)])
-
-
-def _between(low: Array, high: Array, s: Array) -> Array:
-    """low + s (high - low), exactly `high` at s = 1 and the same throughout where both are the same."""
-    s = s.reshape(-1, *(1,) * low.ndim)
-    return np.asarray((1 - s) * low + s * high) if (low != high).any() else np.repeat(low[None], len(s), axis=0)
-
-
-def _at_equilibrium(grasps: Grasps, rank: int, points: Array) -> Array:
-    """Points (N, 3) of the object where the squeeze has moved it."""
-    return np.asarray(points @ grasps.rotation_eq[rank].T + grasps.translation_eq[rank])
-
-
-def _checks(problem: Problem, way: _Way, touch: Array, load: Array) -> tuple[Check, ...]:
-    """Every check. In the squeeze and the lift the fingers are where they touch: it is setpoints that go on."""
-    hand, limits, fields = problem.hand, problem.settings.limits, problem.fields
-    pads = list(hand.tip_spheres)
-    links = [i for i in range(len(hand.spheres)) if i not in pads]
-    none = np.zeros(len(hand.spheres))
-    low = np.full(len(hand.spheres), limits.table_margin)
-    low[pads] = limits.pad_margin
+def _clear(problem: Problem, made: Way, touch: Array, load: Array) -> tuple[Check, ...]:
+    """Nothing is hit. In the squeeze and the lift the fingers are where they touch: it is setpoints that go on."""
+    hand, limits, near = problem.hand, problem.settings.limits, problem.fields.near
+    free = clearances.moving(hand)
+    links = [i for i in free if i not in hand.tip_spheres]
+    floor = np.full(len(free), limits.table_margin)
+    floor[list(hand.tip_spheres)] = limits.pad_margin
     found = []
     for name in (APPROACH, CLOSE, LIFT):
-        at = way.phase == name
-        joints = np.repeat(touch[None], at.sum(), axis=0) if name == LIFT else way.joints[at]
-        hand_at = clearances.hand_samples(hand, name, way.times[at], way.wrist[at], joints)
+        at = made.phase == name
+        joints = np.repeat(touch[None], at.sum(), axis=0) if name == LIFT else made.joints[at]
+        whole = clearances.samples(hand, name, made.times[at], made.wrist[at], joints, made.arm[at])
         if name != LIFT:
-            found.append(clearances.to_object(problem, hand_at if name == APPROACH else hand_at.of(links)))
-        if fields.near.shapes:
-            found.append(clearances.to_obstacles(hand_at, fields.near, limits.obstacle_margin))
-        found.append(clearances.to_table(hand_at, problem.table_height, low if name == APPROACH else none))
-        if name == CLOSE:
-            found.append(clearances.to_itself(hand, hand_at))
-        if name == LIFT and fields.near.shapes:
-            rises = way.wrist[at, 2] - way.wrist[np.flatnonzero(at)[0] - 1, 2]
-            found.append(clearances.load_to_shapes(name, way.times[at], load, rises, fields.near))
+            found.append(clearances.to_object(problem, whole.of(free if name == APPROACH else links)))
+        if near.shapes:
+            found.append(clearances.to_obstacles(whole.of(free), near, limits.obstacle_margin))
+        found.append(clearances.to_table(whole.of(free), problem.table_height, floor * (name == APPROACH)))
+        found.append(clearances.to_itself(hand, whole))
+        if name == LIFT and near.shapes:
+            rises = made.wrist[at, 2] - made.wrist[np.flatnonzero(at)[0] - 1, 2]
+            found.append(clearances.load_to_obstacles(name, made.times[at], load, rises, near))
+    return tuple(found)
+
+
+def _followed(problem: Problem, made: Way) -> tuple[Check, ...]:
+    """The arm follows the path without a jump."""
+    arm, found = problem.hand.arm, []
+    for name in (APPROACH, LIFT) if arm is not None else ():
+        assert arm is not None
+        at = np.flatnonzero(made.phase == name)
+        off, k = float(made.off[at].max()), int(at[made.off[at].argmax()])
+        where, read = f"the wrist at {made.times[k]:.2f} s", LENGTH.reading
+        reached = off <= OFF
+        found.append(Check(f"{name}{BETWEEN}arm off the path", read(off), -inf, read(OFF), 0.0, "mm", reached, where))
+        speed = np.abs(np.diff(made.arm[at], axis=0)) / (problem.settings.motion.step * arm.velocity)
+        k, j = (int(i) for i in np.unravel_index(speed.argmax(), speed.shape))
+        where, value = f"{arm.joint_names[j]} at {made.times[at[k]]:.2f} s", float(speed[k, j])
+        unit = "of the velocity limit"
+        found.append(Check(f"{name}{BETWEEN}arm speed", value, -inf, FULL, 0.0, unit, value <= FULL, where))
     return tuple(found)

@@ -1,6 +1,7 @@
 """A trajectory: what wrist, joints and springs are to do at each sample, and what the checks of it found."""
 
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -70,13 +71,19 @@ class Trajectory:
         """In words: how long it takes, how near it comes to what, and what blocks it."""
         spans = ", ".join(f"{name} {span:.1f}" for name, span in self.phase_seconds().items())
         least: dict[str, Check] = {}
-        for check in self.checks:
+        for check in (check for check in self.checks if check.lower > -inf):
             what = check.name.partition(BETWEEN)[2]
             least[what] = min(least.get(what, check), check, key=lambda c: c.value)
-        near = "; ".join(f"{what} {c.value + 0.0:.1f} ({c.name.partition(BETWEEN)[0]})" for what, c in least.items())
-        blocked = [
-            f"the motion is not clear: {c.name} {c.value:.1f} {c.unit}, needs {c.demand}: {c.row}"
-            for c in self.checks
-            if not c.passed
-        ]
+        near = "; ".join(f"{what} {_rounded(c)} ({c.name.partition(BETWEEN)[0]})" for what, c in least.items())
+        blocked = [_blocked(check) for check in self.checks if not check.passed]
         return [f"motion: {self.seconds:.1f} s: {spans}", f"least clearances of the motion [mm]: {near}", *blocked]
+
+
+def _rounded(check: Check) -> str:
+    return f"{round(check.value, 1) + 0.0:.1f}"
+
+
+def _blocked(check: Check) -> str:
+    phase, _, what = check.name.partition(BETWEEN)
+    value = f"{_rounded(check)} {check.unit}"
+    return f"the motion is not clear in the {phase}: {what}, {check.row}: {value}, must be {check.demand}"
