@@ -241,6 +241,17 @@ def test_the_nearest_to_the_object_is_that_of_every_sample_and_pads_may_touch_wh
     assert check(made, f"{phase}: object").value == pytest.approx(1e3 * clear.min(), abs=1e-6)
 
 
+def test_a_pad_is_to_stay_off_the_object_until_the_fingers_close():
+    problem = small_plan().problem
+    pads = [problem.hand.spheres[i] for i in problem.hand.tip_spheres]
+    spheres = tuple(replace(sphere, radius=0.04) if sphere in pads else sphere for sphere in problem.hand.spheres)
+    made = moved(replace(problem, hand=replace(problem.hand, spheres=spheres)))
+    names = [pad.name for pad in pads]
+    assert not check(made, "approach: object").passed
+    assert check(made, "approach: object").row.partition(" at ")[0] in names
+    assert check(made, "close: object").passed
+
+
 def test_a_finger_that_sweeps_through_the_object_on_the_way_in_is_found():
     problem = small_plan().problem
     found = check(moved(replace(problem, hand=replace(problem.hand, palm=-problem.hand.palm))), "approach: object")
