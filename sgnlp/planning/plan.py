@@ -63,9 +63,9 @@ class Plan:
         """The whole motion of the best grasp, with times and checks; None if none is feasible."""
         return trajectory(self.problem, self.arrays(), self.observation.points) if self.best else None
 
-    def motion_files(self) -> dict[str, bytes | None]:
-        """What the files of the motion hold, by name."""
-        return files.contents(self.motion, self.arrays())
+    def motion_files(self) -> dict[str, bytes]:
+        """What the files of the motion hold, by name; none without a motion."""
+        return files.contents(self.motion, self.arrays()) if self.motion else {}
 
     def meta(self) -> dict[str, Any]:
         """How a plan was made: enough to make it again."""

@@ -319,6 +319,7 @@ def test_an_arm_carries_the_wrist_along_its_path_from_the_planned_joints_without
         assert np.linalg.norm(error.vector) < 2e-4
     assert ((arm.lower <= made.arm) & (made.arm <= arm.upper)).all()
     assert (np.abs(np.diff(made.arm, axis=0)) / 0.02 <= 0.31 * arm.velocity).all()
+    assert np.abs(made.arm[made.last(APPROACH)] - made.arm[made.last(APPROACH) - 1]).max() < 1e-5
     assert check(made, "approach: arm off the path").passed
     assert check(made, "lift: arm speed").passed
 
