@@ -122,7 +122,7 @@ class Plan:
             "starts_table": [_start(s, rank) for rank, s in enumerate(self.solutions)]
             + [{"start": f.start, "failure": f.reason} for f in self.failures],
             "best": _grasp(self.best, self) if self.best else None,
-            "motion": files.summary(self.motion) if self.motion else None,
+            "motion": _motion(self.motion) if self.motion else None,
         }
 
     def save(self, folder: str | Path) -> None:
@@ -162,6 +162,11 @@ def _check(check: Check) -> dict[str, Any]:
     """A check, with no bound where there is none: JSON has no infinity."""
     told = asdict(check) | {"demand": check.demand}
     return told | {name: told[name] if isfinite(told[name]) else None for name in ("lower", "upper")}
+
+
+def _motion(made: Trajectory) -> dict[str, Any]:
+    checks = {check.name: _check(check) for check in made.checks}
+    return {"seconds": made.seconds, "phases": made.phase_seconds(), "clear": made.clear, "checks": checks}
 
 
 def _grasp(s: Solution, plan: Plan) -> dict[str, Any]:

@@ -57,12 +57,6 @@ def load_trajectory(path: str | Path) -> Trajectory:
         raise InputError(f"'{file}' cannot be read: {reason}") from None
 
 
-def summary(made: Trajectory) -> dict[str, Any]:
-    """What a plan's summary says of its motion."""
-    checks = {check.name: asdict(check) for check in made.checks}
-    return {"seconds": made.seconds, "phases": made.phase_seconds(), "clear": made.clear, "checks": checks}
-
-
 def _json(made: Trajectory) -> str:
     """The same arrays as JSON, one a line."""
     lists = {name: getattr(made, name).tolist() for name in ARRAYS} | {"velocities": made.velocities.tolist()}
