@@ -26,3 +26,16 @@ def coupled(target: Path) -> Path:
     mimic = f'{BENT}<mimic joint="a_bend" multiplier="{MULTIPLIER}" offset="{OFFSET}"/>'
     changed(target, "hand.urdf", (BENT, mimic))
     return changed(target, "hand.yaml", (", b_curl: 0.3", ""))
+
+
+def weighed(folder: Path) -> Path:
+    """A copy of the made-up hand in which each link weighs something else, its centre beside its joint."""
+    file = folder / "hand.urdf"
+    links = file.read_text(encoding="utf-8").split('<link name="')
+    for i in range(1, len(links)):
+        name, rest = links[i].split('"/>', 1)
+        place = f'<origin xyz="{0.001 * i} {-0.002 * i} 0.02"/>'
+        inertia = '<inertia ixx="1e-5" iyy="1e-5" izz="1e-5" ixy="0" ixz="0" iyz="0"/>'
+        links[i] = f'{name}"><inertial>{place}<mass value="{0.01 * i}"/>{inertia}</inertial></link>{rest}'
+    file.write_text('<link name="'.join(links), encoding="utf-8")
+    return folder

@@ -11,9 +11,11 @@ from sgnlp.base.settings import Closing, Settings
 from sgnlp.base.surface_settings import GpisSettings
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation, observe
+from sgnlp.perception.shape import Shape
 from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.planning.recompute import recompute
 from sgnlp.planning.starts import Start, at_contact, initial, starts
+from sgnlp.planning.surroundings import NOWHERE, Surroundings
 from sgnlp.program.compiled import program
 from sgnlp.program.constraints import preset_constraints
 from sgnlp.program.formulations import formulation
@@ -44,6 +46,17 @@ REACHING = replace(
     SMALL, closing=Closing(planned=True, c_freedom=0.2), limits=replace(SMALL.limits, effort=1.0, place_error=0.004)
 )
 """The same with the hand at first contact planned: its joints, and c of each finger."""
+
+CROWD = Surroundings(
+    obstacles=(
+        Shape.box([0.1, 0.02, 0.05], [0.06, 0.2, 0.1], name="crate"),
+        Shape.sphere([-0.05, 0.12, 0.1], 0.05),
+        Shape.cylinder([0.0, -0.12, 0.1], 0.03, 0.2),
+    ),
+    avoid=(Shape.box([0.03, 0.0, 0.05], [0.03, 0.1, 0.1], name="handle"),),
+    touch=(Shape.half_space([0.0, 0.0, 0.07], [0.0, 0.0, 1.0]), Shape.sphere([0.0, 0.0, 0.04], 0.03)),
+)
+"""Obstacles on three sides of the ellipsoid, a part of it to stay off, and one to touch."""
 
 
 def sphere_points(count: int, seed: int) -> Array:
@@ -80,9 +93,10 @@ _loaded = lru_cache(partial(load_hand, "allegro_left"))
 
 
 @lru_cache
-def posed(settings: Settings) -> Problem:
-    """The problem of grasping the ellipsoid."""
-    return build_problem(observation(), hand(settings.spheres), settings)
+def posed(settings: Settings, around: Surroundings = NOWHERE, arm: str | None = None) -> Problem:
+    """The problem of grasping the ellipsoid, by a hand on a free wrist or on an arm."""
+    robot = load_hand("allegro_left", settings.spheres, arm) if arm else hand(settings.spheres)
+    return build_problem(observation(), robot, settings, surroundings=around)
 
 
 def impossible(settings: Settings) -> Settings:
@@ -98,10 +112,10 @@ def with_settings(problem: Problem, settings: Settings) -> Problem:
 
 
 @lru_cache
-def oracle(settings: Settings, name: str) -> Oracle:
+def oracle(settings: Settings, name: str, around: Surroundings = NOWHERE, arm: str | None = None) -> Oracle:
     """The functions of `posed(settings)` in a formulation."""
-    problem = posed(settings)
-    return join(built(problem, name), problem.gpis)
+    problem = posed(settings, around, arm)
+    return join(built(problem, name), problem.gpis, fields=problem.fields)
 
 
 def built(problem: Problem, name: str) -> Nlp:

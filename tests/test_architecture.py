@@ -9,7 +9,19 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / "sgnlp"
-ROOMS = ("base", "perception", "surface", "hand", "program", "planning", "simulation", "show", "cli", "experiments")
+ROOMS = (
+    "base",
+    "perception",
+    "surface",
+    "hand",
+    "control",
+    "program",
+    "planning",
+    "simulation",
+    "show",
+    "cli",
+    "experiments",
+)
 """A room may import those before it; `sgnlp/__init__` and `__main__` stand above all."""
 
 MAX_MODULE, MAX_FUNCTION = 300, 40

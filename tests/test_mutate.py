@@ -21,8 +21,8 @@ COVERED = (
         "simulation/judge",
         "simulation/protocol",
     ),
-    *("simulation/recorder", "simulation/controller", "simulation/command", "simulation/slip"),
-    *("simulation/contacts", "simulation/articulation"),
+    *("simulation/recorder", "simulation/slip", "control/law", "control/controller", "control/command"),
+    *("simulation/contacts", "simulation/articulation", "control/tree", "control/export"),
 )
 """Files of which there are mutations at least."""
 

@@ -58,7 +58,9 @@ def test_the_wheel_holds_every_module_hand_and_arm(wheel):
     hands = {f"sgnlp/{path.relative_to(ROOT)}" for path in (ROOT / "urdf").glob("*/hand.yaml")}
     arms = {f"sgnlp/{path.relative_to(ROOT)}" for path in (ROOT / "urdf").glob("*/arm.yaml")}
     assert min(len(hands), len(arms)) >= 2
-    assert modules | hands | arms | {"sgnlp/py.typed"} <= names
+    headers = {str(path.relative_to(ROOT)) for path in (ROOT / "sgnlp").rglob("*.hpp")}
+    assert "sgnlp/control/include/sgnlp/controller.hpp" in headers
+    assert modules | hands | arms | headers | {"sgnlp/py.typed"} <= names
 
 
 def test_the_wheel_holds_nothing_but_the_package(wheel):

@@ -30,6 +30,9 @@ class Weights(Checked):
     """contact force up to `limits.force_min` [1/N]; the paper prints it twice, it is applied once"""
     closing: NotNegative = 10.0
     """joints at first contact off those of the pregrasp [1/rad²], where `closing.planned`"""
+    arm: NotNegative = 1e-3
+    """arm's joints off their home, and at stand-off and lift off those of the pregrasp [1/rad²]: it settles what the
+    wrist's pose leaves free and hardly weighs against anything else"""
     pose: NotNegative = 0.0
     """fingertips off their desired place at equilibrium [1/m]; above 0 it replaces the motion in `reg`"""
     stability: NotNegative = 1.0
@@ -147,8 +150,11 @@ class Limits(Checked):
     camera is known (`free_space.reserve`)"""
     wrist_travel: Positive = 0.3
     """largest displacement of the wrist from its start, along each axis [m]"""
-    obstacle_margin: float = 0.005
-    """least clearance of the hand from obstacles at the pregrasp, at first contact, on the approach and the lift [m]"""
+    obstacle_margin: float = 0.012
+    """least clearance of hand and arm from obstacles on the whole way [m]: edges of the palm reach so far out of the
+    spheres"""
+    dexterity: Annotated[float, (1e-6, 1.0)] = 0.2
+    """least manipulability √det(J Jᵀ) of an arm at the pregrasp over that at its home, away from singularities"""
     region_margin: float = 0.003
     """how far contact points stay out of regions to avoid, and in those to touch [m]: the radius of a pad's patch"""
     effort: NotNegative = 0.0

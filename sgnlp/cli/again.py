@@ -29,6 +29,8 @@ def command(meta: Mapping[str, Any], folder: Path) -> str:
     words += differences(asdict(PLAIN), asdict(reopen.reading(dict(meta))))
     for name in ("hand", "starts", "seed", "timeout"):
         words += changed("", {name: getattr(DEFAULTS, name)}, meta)
+    arm = meta.get("arm")
+    words += ["--arm", arm["name"], "--arm-base", *map(str, arm["base"])] if arm else []
     usual = settled(None, reopen.settings(dict(meta)).solver).name
     solver = (meta.get("solver") or {}).get("name", usual)
     words += ["--solver", solver] if solver != usual and solver in SOLVERS else []

@@ -4,7 +4,7 @@ import json
 import os
 import platform
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, field
 from functools import partial
@@ -21,7 +21,8 @@ from sgnlp.base.exclusive import alone
 from sgnlp.cli import codes, compiling, lacks
 from sgnlp.cli.flags import ROWS, Abstaining, Extending, Observing, Surrounding, Tabling, made
 from sgnlp.cli.progress import Bar, bars
-from sgnlp.hand.hand import Hand, available_hands, load_hand
+from sgnlp.hand.arm import available_arms
+from sgnlp.hand.hand import Hand, available_hands, told
 from sgnlp.planning import results
 from sgnlp.planning.batch import Row, Task, batch
 from sgnlp.planning.confidence import refusal
@@ -55,7 +56,7 @@ class Batch(Abstaining, Extending, Surrounding, Tabling, Observing):
         files, begin, out = list(dict.fromkeys(self.files)), time.perf_counter(), self.out or self.results / "batch"
         if not any(file.is_file() for file in files):
             raise InputError(f"there is nothing to solve: {files[0] if files else 'no file'} is not a cloud")
-        hand = load_hand(self.hand, self.settings.spheres)
+        hand = self.robot
         results.writable(self.results)
         results.writable(out)
         workers = self._workers()
@@ -90,7 +91,7 @@ class Batch(Abstaining, Extending, Surrounding, Tabling, Observing):
 
     def _prepare(self, console: Console, bar: Callable[[str, int | None], Bar], hand: Hand, objects: int) -> None:
         """Compile first, where that pays; the machines of a cluster have caches of their own."""
-        around = self.surroundings.around(self.settings)
+        around = self.surroundings.around(self.settings, hand.arm is not None)
         if self.scheduler or not self.build or not compiling.worthwhile(hand, self, objects * self.starts, around):
             return
         console.print("Compiling the functions first, once for all objects (--no-build leaves them interpreted).")
@@ -100,9 +101,11 @@ class Batch(Abstaining, Extending, Surrounding, Tabling, Observing):
             console.print(f"The functions stay interpreted: {error}", soft_wrap=True)
 
     def _task(self) -> Task:
-        """The task of the workers. They may run elsewhere, so a hand's folder is an absolute path."""
+        """The task of the workers. They may run elsewhere, so the folders of a hand and an arm are absolute paths."""
         return Task(
-            hand=self.hand if self.hand in available_hands() else str(Path(self.hand).absolute()),
+            hand=_anywhere(self.hand, available_hands()),
+            arm=self.arm and _anywhere(self.arm, available_arms()),
+            arm_base=self.arm_base,
             settings=self.settings,
             count=self.starts,
             seed=self.seed,
@@ -122,10 +125,14 @@ class Batch(Abstaining, Extending, Surrounding, Tabling, Observing):
         """How and by which process the rows are made; they depend on `study` and on the clouds."""
         flags = {key: value for key, value in asdict(self).items() if key != "files"}
         study = {key: flags[key] for key in ("seed", "starts", "solver", "reading", "settings")}
-        study["surroundings"] = self.surroundings.plain()
+        study |= {"hand": hand.name, "arm": told(hand), "surroundings": self.surroundings.plain()}
         process = {"process": os.getpid(), "host": platform.node()}
-        plain = json.loads(json.dumps({"batch": flags, "study": {"hand": hand.name} | study}, default=str))
+        plain = json.loads(json.dumps({"batch": flags, "study": study}, default=str))
         return made(**process, **plain)
+
+
+def _anywhere(name_or_folder: str, known: Collection[str]) -> str:
+    return name_or_folder if name_or_folder in known else str(Path(name_or_folder).absolute())
 
 
 def _holder(file: Path) -> str:

@@ -1,7 +1,7 @@
 """`sgnlp cache`: what has been compiled for this user, building it and clearing it."""
 
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated
 
 import tyro
@@ -14,7 +14,6 @@ from sgnlp.base.settings import Settings
 from sgnlp.cli import compiling
 from sgnlp.cli.flags import Extending, Planning
 from sgnlp.cli.progress import bars
-from sgnlp.hand.hand import load_hand
 from sgnlp.program.around import ALONE, Around
 from sgnlp.show import tables
 
@@ -39,8 +38,8 @@ class Cache(Extending, Planning):
         if self.clear:
             toolchain.clear()
         if self.build:
-            hand = load_hand(self.hand, self.settings.spheres)
-            structures = self.additions.structures(self.settings, self.around)
+            hand = self.robot
+            structures = self.additions.structures(self.settings, replace(self.around, carried=hand.arm is not None))
             with bars(console) as bar:
                 compiling.build(hand, structures, self.jobs, bar)
         libraries = [file for file in toolchain.entries() if file.suffix == ".so"]

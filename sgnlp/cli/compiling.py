@@ -36,6 +36,7 @@ class Asked(Protocol):
     """The flags of a command that plans."""
 
     hand: str
+    arm: str | None
     settings: Settings
     with_: Path | None
 
@@ -109,6 +110,7 @@ def _flags(asked: Asked, around: Around) -> list[str]:
         solver=replace(default.solver, formulation=settings.solver.formulation),
     )
     own = ["--with", str(asked.with_)] if asked.with_ else []
-    hand = changed("", {"hand": Planning.hand}, {"hand": asked.hand})
+    hand = changed("", {"hand": Planning.hand, "arm": None}, {"hand": asked.hand, "arm": asked.arm})
+    around = replace(around, carried=False)  # which the arm says
     there = differences({"around": asdict(ALONE)}, {"around": asdict(around)})
     return [*hand, *own, *there, *differences(asdict(default), asdict(chosen))]

@@ -14,6 +14,7 @@ from sgnlp.base.checked import NOT_NEGATIVE, POSITIVE, Checked, Positive
 from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST, preset
 from sgnlp.base.settings import Settings
+from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception import clouds
 from sgnlp.perception.observation import PLAIN, Reading
 from sgnlp.planning import environment, results
@@ -35,10 +36,19 @@ class Planning(Checked):
     """settings to begin with: one of `sgnlp --help`; every flag below changes one of them"""
     hand: str = "allegro_left"
     """a hand of `sgnlp hands`, or a folder with a hand.yaml"""
+    arm: str | None = None
+    """what carries the hand: an arm of `sgnlp arms`, or a folder with an arm.yaml; if not given, the wrist is free"""
+    arm_base: tuple[float, ...] = ()
+    """where the arm stands: x y z [m], with three angles [deg] or a quaternion x y z w; else as its file says"""
     jobs: Annotated[int, POSITIVE] = field(default_factory=lambda: os.cpu_count() or 1)
     """worker processes; the result does not depend on it"""
     settings: Annotated[Settings, tyro.conf.arg(name="")] = ROBUST
     """everything about the plan"""
+
+    @property
+    def robot(self) -> Hand:
+        """The hand, on its arm if there is one."""
+        return load_hand(self.hand, self.settings.spheres, self.arm, self.arm_base)
 
     def _check(self, name: str, value: Any) -> None:
         if value is not tyro.MISSING:  # the default of what is required

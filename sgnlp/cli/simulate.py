@@ -14,7 +14,7 @@ from sgnlp.base.settings import Settings
 from sgnlp.cli import codes
 from sgnlp.cli.flags import made
 from sgnlp.cli.progress import bars
-from sgnlp.hand.hand import Hand, load_hand
+from sgnlp.hand.hand import Hand
 from sgnlp.perception.observation import PLAIN, Observation, Reading, load
 from sgnlp.planning import reopen, results
 from sgnlp.planning.grasps import Grasps
@@ -64,7 +64,7 @@ class Simulate:
         if self.pictures:
             drawable()
         grasps = results.load_grasps(self.folder)
-        hand = load_hand(self.hand or grasps.meta["hand"], grasps.meta["settings"]["spheres"])
+        hand = reopen.robot(grasps.meta, self.hand)
         source = reopen.source(grasps, self.folder, self.object)
         reading = PLAIN if self.object else reopen.reading(grasps.meta)
         seen = load(source, Reading(scale=self.scale, key=reading.key, up=reading.up, pose=reading.pose))

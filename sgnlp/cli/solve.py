@@ -14,7 +14,7 @@ from rich.text import Text
 from sgnlp.cli import codes, compiling, lacks
 from sgnlp.cli.flags import Abstaining, Extending, Observing, Surrounding
 from sgnlp.cli.progress import bars
-from sgnlp.hand.hand import Hand, load_hand
+from sgnlp.hand.hand import Hand
 from sgnlp.perception.observation import Observation, load
 from sgnlp.planning import confidence, results
 from sgnlp.planning.plan import Plan
@@ -43,7 +43,7 @@ class Solve(Abstaining, Extending, Surrounding, Observing):
     def run(self, console: Console) -> int:
         """Load, plan, save, show."""
         observation = load(self.file, self.reading)
-        hand = load_hand(self.hand, self.settings.spheres)
+        hand = self.robot
         folder = self.out or Path("results") / observation.name
         results.writable(folder)
         if self.report:
@@ -90,7 +90,7 @@ class Solve(Abstaining, Extending, Surrounding, Observing):
 
 
 def _show(console: Console, plan: Plan, summary: dict[str, Any], files: list[Path], asked: Solve) -> None:
-    for note in plan.observation.notes:
+    for note in summary["notes"]:
         console.print(note, style="dim")
     for table in tables.tables(plan, summary):
         console.print(table)

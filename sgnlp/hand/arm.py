@@ -5,7 +5,7 @@ An arm is a folder of `urdf/` holding one `arm.yaml` (its keys are described in 
 
 import functools
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -52,8 +52,10 @@ class Arm:
     spheres: tuple[Sphere, ...]
     pairs: tuple[tuple[int, int], ...]
     """Indices into `spheres` of the pairs checked for self-collision."""
+    folder: Path
+    """Where its `arm.yaml` is."""
     digest: str
-    """SHA-256 of the description and the URDF, and of the base or mount if they are not the file's."""
+    """SHA-256 of the description and the URDF, and of a mount that is not the default; not of the base."""
 
     @property
     def table_spheres(self) -> tuple[int, ...]:
@@ -92,7 +94,21 @@ def with_base(arm: Arm, pose: Array) -> Arm:
     values = numbers(pose, (7,), "the base of an arm, x y z qx qy qz qw,")
     if abs(np.linalg.norm(values[3:]) - 1.0) > UNIT:
         raise InputError(f"the base of an arm must end in a quaternion of length 1, not {np.linalg.norm(values[3:]):g}")
-    return replace(arm, base=values, digest=_digest(arm.digest, "base", *values))
+    return replace(arm, base=values)
+
+
+def base_pose(values: Sequence[float]) -> Array:
+    """The pose (7,) of a base told as x y z, as these and intrinsic XYZ angles [deg], or with a quaternion x y z w.
+
+    Raises:
+        InputError: it is none of them.
+    """
+    if len(values) not in (3, 6, 7):
+        said = f"3, 6 or 7 numbers: x y z, then angles [deg] or a quaternion; not {len(values)}"
+        raise InputError(f"the base of an arm is told by {said}")
+    if len(values) == 7:
+        return np.asarray(values, float)
+    return hand_file.pose({"position": list(values[:3]), "euler_deg": list(values[3:]) or [0, 0, 0]}, "arm base")
 
 
 def with_mount(arm: Arm, hand: str) -> Arm:
@@ -137,6 +153,7 @@ def _build(file: Path, data: dict[str, Any], text: str) -> Arm:
         mounts=mounts,
         spheres=spheres,
         pairs=hand_file.sphere_pairs(data["pairs"], spheres),
+        folder=file.parent,
         digest=_digest(text, urdf.read_bytes()),
     )
 

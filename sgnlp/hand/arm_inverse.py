@@ -1,7 +1,7 @@
 """Inverse kinematics of an arm: joints at which the hand's root link is at a pose.
 
 Damped Gauss-Newton steps (Levenberg-Marquardt) on e = (p* - p, log(R* Rᵀ)) with the joints kept within their limits:
-a joint that is at a limit, and would go beyond, rests for the step.
+a joint that would go beyond its limit stops there, and the others make up for it.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from sgnlp.base.arrays import Array
 from sgnlp.hand.arm import Arm
-from sgnlp.hand.arm_kinematics import manipulability, wrist_and_jacobian
+from sgnlp.hand.arm_kinematics import manipulability, wrist_and_jacobian, wrist_pose
 
 MAX_STEPS = 60
 MAX_TURN = 0.8
@@ -21,7 +21,7 @@ EASIER, HARDER = 0.1, 10.0
 """What the damping is multiplied by after a step that helps and after one that does not."""
 DONE = 1e-9
 """Length of e [m and rad] that is as good as none."""
-STALLED = 1e-2
+STALLED = 1e-3
 """A step that makes |e| smaller, but by less than this share of it, hardly helps."""
 PATIENCE = 3
 """So many of them in a row end the search."""
@@ -79,6 +79,18 @@ def reach_all(arm: Arm, pose: Array, seed: int, tries: int) -> list[Array]:
     return sorted(found, key=lambda q: -fitness(arm, q))
 
 
+def way_ends(arm: Arm, q: Array, back: Array, lift: Array) -> tuple[Array, Array]:
+    """The joints (a,) nearest to q (a,) with the hand drawn back, and risen.
+
+    `back` (3,) [m] is told in the frame of the hand's root link, `lift` (1,) [m] along the world's z.
+    """
+    wrist = pin.XYZQUATToSE3(wrist_pose(arm, q))
+    steps = wrist.rotation @ back, np.append([0.0, 0.0], lift)
+    poses = [pin.SE3ToXYZQUAT(pin.SE3(wrist.rotation, wrist.translation + step)) for step in steps]
+    (standoff, _), (lifted, _) = (reach(arm, pose, q) for pose in poses)
+    return standoff, lifted
+
+
 def fitness(arm: Arm, q: Array) -> float:
     """Manipulability times the room that the tightest joint has left, as a share of half its range: 0 to 1."""
     room = np.minimum(q - arm.lower, arm.upper - q) / (arm.upper - arm.lower) * 2
@@ -92,14 +104,24 @@ def _place(arm: Arm, goal: pin.SE3, q: Array, data: pin.Data) -> _Place:
 
 
 def _stepped(arm: Arm, here: _Place, damping: float) -> Array:
-    """The joints after a step, within the limits. Joints that are at one, and would go beyond, rest."""
-    downhill = here.J.T @ here.e
-    rests = ((here.q <= arm.lower) & (downhill < 0)) | ((here.q >= arm.upper) & (downhill > 0))
-    J = here.J[:, ~rests]
-    step = np.zeros_like(here.q)
-    step[~rests] = np.linalg.solve(J.T @ J + damping * np.eye(J.shape[1]), J.T @ here.e)
-    step *= min(1.0, MAX_TURN / max(float(np.abs(step).max(initial=0.0)), MAX_TURN))
-    return np.clip(here.q + step, arm.lower, arm.upper)
+    """The joints after a step, within the limits.
+
+    min |J s - e|² + λ |s|², in which joints that would go beyond their limits are put there and the others asked again.
+    """
+    low, high, step = arm.lower - here.q, arm.upper - here.q, np.zeros_like(here.q)
+    free = np.ones(len(step), bool)
+    while free.any():
+        J = here.J[:, free]
+        step[free] = np.linalg.solve(
+            J.T @ J + damping * np.eye(J.shape[1]), J.T @ (here.e - here.J[:, ~free] @ step[~free])
+        )
+        beyond = free & ((step < low) | (step > high))
+        if not beyond.any():
+            break
+        step[beyond] = np.minimum(np.maximum(step, low), high)[beyond]
+        free &= ~beyond
+    step *= MAX_TURN / max(float(np.abs(step).max()), MAX_TURN)
+    return np.minimum(np.maximum(here.q + step, arm.lower), arm.upper)  # to the bit
 
 
 def _one_turn(arm: Arm) -> tuple[Array, Array]:

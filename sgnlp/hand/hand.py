@@ -6,6 +6,7 @@ depends on the number of fingers or on the names of one hand.
 
 import functools
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ import pinocchio as pin
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.hand import hand_file, library
-from sgnlp.hand.arm import Arm, with_mount
+from sgnlp.hand.arm import Arm, available_arms, base_pose, load_arm, with_base, with_mount
 from sgnlp.hand.hand_file import Finger, Sphere, WristStart
 from sgnlp.hand.model import Mimic, joint_model, mimics, own_joints, urdf_file
 from sgnlp.hand.urdf_checks import description
@@ -80,17 +81,41 @@ def available_hands() -> tuple[str, ...]:
     return library.names(HAND_FILE)
 
 
-def load_hand(name_or_folder: str | Path, spheres: str = "cover") -> Hand:
+def load_hand(
+    name_or_folder: str | Path,
+    spheres: str = "cover",
+    arm: str | Path | None = None,
+    arm_base: Sequence[float] = (),
+) -> Hand:
     """The hand of that name in `urdf/`, or of a folder holding `hand.yaml`, with one preset of its spheres.
+
+    `arm` names the arm that carries it, or its folder, and `arm_base` where that stands in the world if not where its
+    file says: x y z [m], these and intrinsic XYZ angles [deg], or these and a quaternion x y z w.
 
     Raises `InputError`, in one line, for an unknown hand, preset, key, link or joint and for values that contradict
     each other or the URDF.
     """
     file = library.find("hand", name_or_folder, HAND_FILE)
     try:
-        return _loaded(file, hand_file.text(file), spheres)
+        hand = _loaded(file, hand_file.text(file), spheres)
     except InputError as error:
         raise InputError(f"{file.parent.name}/{file.name}: {error}") from None
+    if arm is None and len(arm_base):
+        raise InputError("the base of an arm is given, but no arm")
+    return hand if arm is None else _carried(hand, load_arm(arm), tuple(arm_base))
+
+
+@functools.lru_cache(maxsize=16)
+def _carried(hand: Hand, arm: Arm, base: tuple[float, ...]) -> Hand:
+    return on_arm(hand, with_base(arm, base_pose(base)) if base else arm)
+
+
+def told(hand: Hand) -> dict[str, Any] | None:
+    """The arm of a hand in plain values, as `load_hand` is given it; None without one."""
+    if hand.arm is None:
+        return None
+    known = hand.arm.name in available_arms()
+    return {"name": hand.arm.name if known else str(hand.arm.folder.absolute()), "base": hand.arm.base.tolist()}
 
 
 def on_arm(hand: Hand, arm: Arm) -> Hand:

@@ -146,12 +146,12 @@ def _point(model: pin.Model, chain: Chain, link: str, point: Array) -> ca.SX:
 
 def _integrate_pose(wrist: ca.SX, twist: ca.SX) -> tuple[ca.SX, ca.SX]:
     """Rotation (3, 3) and position (3,) of the seed pose times exp6 of the twist (linear, angular)."""
-    rotation = _quaternion_matrix(wrist[3:])
+    rotation = quaternion_matrix(wrist[3:])
     turn, shift = _exp6(twist[:3], twist[3:])
     return ca.mtimes(rotation, turn), wrist[:3] + ca.mtimes(rotation, shift)
 
 
-def _quaternion_matrix(q: ca.SX) -> ca.SX:
+def quaternion_matrix(q: ca.SX) -> ca.SX:
     """The rotation matrix of a unit quaternion x y z w."""
     x, y, z, w = ca.vertsplit(q)
     return ca.vertcat(

@@ -1,8 +1,8 @@
 """What a camera saw around the object as convex shapes: upright boxes around the points of each thing.
 
 A cluster gets the upright box of least area around its points, turned about z, down to the table where it stands on it.
-It is parted in two across its longest edge as long as the parts are much smaller together, or the box holds points of
-the object. So an L-shaped thing, or a wall on two sides, leaves its inner corner free.
+It is parted in two, across the edge that leaves the least, as long as the parts are much smaller together, or the box
+holds points of the object. So an L-shaped thing, or a wall on two sides, leaves its inner corner free.
 """
 
 from itertools import chain
@@ -41,16 +41,22 @@ def seen_shapes(observation: Observation) -> tuple[Shape, ...]:
 def boxes(points: Array, table: float, keep_out: Array, name: str, parts: int = PARTS) -> list[Shape]:
     """Boxes that cover points (n, 3) [m] on a table at a height [m], holding few of the points `keep_out` (k, 3)."""
     whole = upright_box(points, table, name)
-    along = int(np.argmax(whole.half))
-    place = whole.local(points)[:, along]
-    low, high = points[place < 0], points[place >= 0]
-    if parts == 0 or min(len(low), len(high)) < FEWEST:
+    parted = [halves for axis in range(3) if (halves := _halved(points, whole, axis))]
+    if parts == 0 or not parted:
         return [whole]
-    halves = [upright_box(half, table, name) for half in (low, high)]
-    smaller = sum(_volume(half) for half in halves) <= GAIN * _volume(whole)
-    if not smaller and not (len(keep_out) and (whole.distance(keep_out) < 0).any()):
+    candidates = [(half, [upright_box(part, table, name) for part in half]) for half in parted]
+    halves, smaller = min(candidates, key=lambda candidate: sum(map(_volume, candidate[1])))
+    blocking = len(keep_out) and (whole.distance(keep_out) < 0).any()
+    if not blocking and sum(map(_volume, smaller)) > GAIN * _volume(whole):
         return [whole]
-    return [box for half in (low, high) for box in boxes(half, table, keep_out, name, parts - 1)]
+    return [box for half in halves for box in boxes(half, table, keep_out, name, parts - 1)]
+
+
+def _halved(points: Array, box: Shape, axis: int) -> tuple[Array, Array] | None:
+    """The points on either side of the middle of a box's axis; None if one side has hardly any."""
+    place = box.local(points)[:, axis]
+    halves = points[place < 0], points[place >= 0]
+    return halves if min(map(len, halves)) >= FEWEST else None
 
 
 def upright_box(points: Array, table: float, name: str) -> Shape:

@@ -60,13 +60,13 @@ class Additions:
 
     def structures(self, settings: Settings, around: Around = ALONE) -> list[Structure]:
         """The structures of the programs that a plan with these settings solves in turn among such surroundings."""
-        terms, constraints = self.all_terms(settings), self.all_constraints(settings, around)
+        terms, constraints = self.all_terms(settings, around), self.all_constraints(settings, around)
         phases = self.chosen(settings).phases(settings.solver)
         return [structure(settings, phase.formulation, terms, constraints, around) for phase in phases]
 
-    def all_terms(self, settings: Settings) -> tuple[Term, ...]:
+    def all_terms(self, settings: Settings, around: Around = ALONE) -> tuple[Term, ...]:
         """The terms of a plan with these settings; raises `InputError` for a name that is twice or not there."""
-        return _joined("term", preset_terms(settings), self.terms, self.without_terms)
+        return _joined("term", preset_terms(settings, around), self.terms, self.without_terms)
 
     def all_constraints(self, settings: Settings, around: Around = ALONE) -> tuple[Constraint, ...]:
         """The constraints of a plan with these settings; raises `InputError` for a name that is twice or not there."""

@@ -16,7 +16,7 @@ from typing import Any
 from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
-from sgnlp.hand.hand import load_hand
+from sgnlp.hand.hand import Hand, load_hand, told
 from sgnlp.perception.observation import PLAIN, Observation, Reading, load
 from sgnlp.planning import results
 from sgnlp.planning.extension import Extension
@@ -35,6 +35,8 @@ class Task:
     """
 
     hand: str = "allegro_left"
+    arm: str | None = None
+    arm_base: tuple[float, ...] = ()
     settings: Settings = ROBUST
     count: int = 7
     seed: int = 0
@@ -44,6 +46,11 @@ class Task:
     extension: Extension | None = None
     surroundings: Surroundings = NOWHERE
     root: Path = field(default_factory=Path.cwd)
+
+    @property
+    def robot(self) -> Hand:
+        """The hand, on its arm if there is one."""
+        return load_hand(self.hand, self.settings.spheres, self.arm, self.arm_base)
 
     def load(self, file: Path) -> Observation:
         """The observation in a file."""
@@ -126,7 +133,7 @@ Planned = tuple[Grasps, dict[str, Any], dict[str, Any], dict[str, bytes]]
 def plan(task: Task, file: Path) -> Planned:
     """The result for one file."""
     with one_at_a_time():
-        hand = load_hand(task.hand, task.settings.spheres)
+        hand = task.robot
         options = {"count": task.count, "seed": task.seed, "timeout": task.timeout, "solver": task.solver}
         around = dict(task.surroundings.kinds())
         found = solve(task.load(file), hand, task.settings, jobs=1, extension=task.extension, **around, **options)  # type: ignore[arg-type]
@@ -165,12 +172,18 @@ def _row(file: Path, grasps: Grasps, *, reused: bool = False, failure: str = "")
 
 def _expected(task: Task) -> dict[str, Any]:
     """What the meta block of a result of this task says, as it is read from JSON."""
-    hand = load_hand(task.hand, task.settings.spheres)
-    made = {"hand": hand.name, "settings": asdict(task.settings), "seed": task.seed, "starts": task.count}
-    told = {"file": task.extension.file, "sha256": task.extension.digest} if task.extension else None
+    hand = task.robot
+    made: dict[str, Any] = {
+        "hand": hand.name,
+        "arm": told(hand),
+        "settings": asdict(task.settings),
+        "seed": task.seed,
+        "starts": task.count,
+    }
+    added = {"file": task.extension.file, "sha256": task.extension.digest} if task.extension else None
     own = task.extension.additions().solver if task.extension else None
     solver = settled(task.solver or own, task.settings.solver)
-    made |= {"timeout": task.timeout, "extension": told, "solver": solver.told()}
+    made |= {"timeout": task.timeout, "extension": added, "solver": solver.told()}
     return json.loads(json.dumps(made | {"surroundings": task.surroundings.plain()}))
 
 

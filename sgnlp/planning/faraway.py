@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.hand.hand import Hand
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution
@@ -40,13 +41,23 @@ def moved_cloud(observation: Observation, by: Array) -> Observation:
     )
 
 
+def moved_hand(hand: Hand, by: Array) -> Hand:
+    """The same hand, its arm's base moved by (3,) [m]."""
+    if hand.arm is None:
+        return hand
+    return replace(hand, arm=replace(hand.arm, base=hand.arm.base + np.concatenate([by, np.zeros(4)])))
+
+
 def moved_problem(problem: Problem, by: Array) -> Problem:
     """The same problem, moved by (3,) [m]."""
     gpis = replace(problem.gpis, X=problem.gpis.X + by, centre=problem.gpis.centre + by)
     height = problem.table_height + float(by[2])
-    around = problem.surroundings.moved(by)
+    around, thing = problem.surroundings.moved(by), problem.thing.moved(by)
     box, com = problem.box + by, problem.com + by
-    return replace(problem, gpis=gpis, box=box, table_height=height, com=com, surroundings=around)
+    hand = moved_hand(problem.hand, by)
+    return replace(
+        problem, hand=hand, gpis=gpis, box=box, table_height=height, com=com, thing=thing, surroundings=around
+    )
 
 
 def moved_solution(s: Solution, by: Array) -> Solution:

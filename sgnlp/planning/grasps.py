@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from sgnlp.hand.hand import Hand
 from sgnlp.planning.solution import Solution
+from sgnlp.program.carried import POSTURES
 from sgnlp.program.terms import Term
 from sgnlp.program.variables import Posture
 
@@ -26,6 +27,8 @@ class Grasps:
     joints: Array  # (G, n) [rad], in the order of joint_names
     joints_contact: Array  # (G, n) [rad], at first contact
     joints_squeeze: Array  # (G, n) [rad], setpoints that press as planned where joints are under position control
+    arm: Array  # (G, 3, a) [rad], an arm at the pregrasp, at the stand-off and lifted; a = 0 without one
+    arm_joint_names: NDArray[np.str_]  # (a,)
     joint_names: NDArray[np.str_]  # (n,)
     finger_names: NDArray[np.str_]  # (m,)
     tips_pregrasp: Array  # (G, m, 3) [m], tip centres a_i at the pregrasp
@@ -71,7 +74,8 @@ class Grasps:
     def posture(self, rank: int = 0) -> Posture:
         """The grasp of that rank as what the program plans."""
         names = ("wrist", "joints", "targets", "gains", "c", "joints_contact")
-        return Posture(**{name: getattr(self, name)[rank] for name in names})
+        own = {name: getattr(self, name)[rank] for name in names}
+        return Posture(**own, arm=self.arm[rank] if len(self.arm_joint_names) else None)
 
 
 OF_SOLUTIONS = (
@@ -93,7 +97,7 @@ OF_SOLUTIONS = (
     "start",
 )
 """Fields that a solution has by the same name."""
-PER_HAND = ("joint_names", "finger_names", "term_names")
+PER_HAND = ("joint_names", "arm_joint_names", "finger_names", "term_names")
 """Fields that are not per grasp."""
 
 
@@ -104,6 +108,7 @@ def stack(hand: Hand, terms: Sequence[Term], solutions: Sequence[Solution], meta
     return Grasps(
         **arrays,
         joint_names=np.array(hand.joint_names),
+        arm_joint_names=np.array(hand.arm.joint_names if hand.arm else (), str),
         finger_names=np.array([finger.name for finger in hand.fingers]),
         term_names=np.array([term.name for term in terms]),
         meta=meta,
@@ -128,6 +133,7 @@ def _no_rows(hand: Hand, T: int) -> dict[str, Any]:
     joints = ("joints", "joints_contact", "joints_squeeze", "torques_initial", "torques_eq")
     shapes |= dict.fromkeys(joints, (n,)) | dict.fromkeys(clearances, (S - m,))
     shapes |= {"wrist": (7,), "rotation_eq": (3, 3), "translation_eq": (3,), "kkt": (3,), "energy_terms": (T,)}
+    shapes["arm"] = POSTURES, len(hand.arm.joint_names) if hand.arm else 0
     kinds = {"feasible": bool, "violated": str, "status": str, "iterations": np.int64, "start": np.int64}
     names = [f.name for f in fields(Grasps) if f.name not in (*PER_HAND, "meta")]
     return {name: np.zeros((0, *shapes.get(name, ())), kinds.get(name, float)) for name in names}
@@ -136,6 +142,7 @@ def _no_rows(hand: Hand, T: int) -> dict[str, Any]:
 def _row(s: Solution) -> dict[str, Any]:
     g = s.grasp
     return {name: getattr(s, name) for name in OF_SOLUTIONS} | {
+        "arm": np.zeros((POSTURES, 0)) if s.arm is None else s.arm,
         "tips_pregrasp": g.tips,
         "contacts": g.contacts,
         "targets": g.targets,

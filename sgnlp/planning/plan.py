@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.hand.hand import Hand, told
 from sgnlp.perception.observation import Observation
 from sgnlp.planning import results
 from sgnlp.planning.cautions import cautions
@@ -78,6 +79,7 @@ class Plan:
             "reading": observation.reading and asdict(observation.reading, dict_factory=_plain),
             "table_height": observation.table_height,
             "hand": self.problem.hand.name,
+            "arm": told(self.problem.hand),
             "settings": asdict(self.problem.settings, dict_factory=_plain),
             "surroundings": self.given.plain(),
             "seed": self.seed,
@@ -115,7 +117,7 @@ class Plan:
     def summary(self) -> dict[str, Any]:
         """The plan's outcome: counts, every start, the best grasp's breakdown, what was dropped or assumed."""
         return self.meta() | {
-            "notes": list(self.observation.notes),
+            "notes": [*self.observation.notes, *filter(None, [self.problem.surroundings.words()])],
             "cautions": cautions(Planned(self.arrays(), self.problem.hand, self.observation, self.problem)),
             "feasible": sum(s.feasible for s in self.solutions),
             "solved": sum(s.solved(self.tolerance) for s in self.solutions),
@@ -158,10 +160,18 @@ def _known(value: float) -> float | None:
     return value if isfinite(value) else None
 
 
+def _arm(s: Solution, hand: Hand) -> dict[str, Any] | None:
+    """The arm's joints by name, at the pregrasp, at the stand-off and lifted; nothing without an arm."""
+    if s.arm is None or hand.arm is None:
+        return None
+    places = zip(("pregrasp", "standoff", "lift"), s.arm.tolist(), strict=True)
+    return {place: dict(zip(hand.arm.joint_names, joints, strict=True)) for place, joints in places}
+
+
 def _check(check: Check) -> dict[str, Any]:
     """A check, with no bound where there is none: JSON has no infinity."""
-    told = asdict(check) | {"demand": check.demand}
-    return told | {name: told[name] if isfinite(told[name]) else None for name in ("lower", "upper")}
+    plain = asdict(check) | {"demand": check.demand}
+    return plain | {name: plain[name] if isfinite(plain[name]) else None for name in ("lower", "upper")}
 
 
 def _motion(made: Trajectory) -> dict[str, Any]:
@@ -193,6 +203,7 @@ def _grasp(s: Solution, plan: Plan) -> dict[str, Any]:
         "joints": dict(zip(hand.joint_names, s.joints.tolist(), strict=True)),
         "joints_contact": dict(zip(hand.joint_names, s.joints_contact.tolist(), strict=True)),
         "joints_squeeze": dict(zip(hand.joint_names, s.joints_squeeze.tolist(), strict=True)),
+        "arm": _arm(s, hand),
         "closing": asdict(plan.problem.settings.closing),
         "fingers": fingers,
         "confidence": _known(s.confidence),

@@ -106,7 +106,7 @@ class Planner:
         nlp, problem, rates = stage.nlp, self.problem, learning_rates(self.problem.hand)
         return NlpInstance(
             functions=stage.functions,
-            p=problem.parameters(nlp, start.wrist, start.joints),
+            p=problem.parameters(nlp, start.wrist, start.joints, start.arm),
             x_bounds=problem.variable_bounds(nlp, start.joints),
             g_bounds=problem.row_bounds(nlp),
             tolerance=self.tolerance,

@@ -12,10 +12,13 @@ from threadpoolctl import threadpool_limits
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand
+from sgnlp.perception.clutter import upright_box
 from sgnlp.perception.observation import Observation
+from sgnlp.perception.shape import Shape
 from sgnlp.planning.additions import NOTHING, Additions
 from sgnlp.planning.surroundings import NOWHERE, Surroundings
 from sgnlp.program.around import Around, Fields
+from sgnlp.program.carried import POSTURES, UNIT
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.formulation import Formulation, Phase
 from sgnlp.program.nlp import Nlp
@@ -52,17 +55,18 @@ class Problem:
     terms: tuple[Term, ...]
     constraints: tuple[Constraint, ...]
     formulation: Formulation
+    thing: Shape  # a box around the observed points
     surroundings: Surroundings = NOWHERE
 
     @property
     def around(self) -> Around:
         """Which surroundings its programs know."""
-        return self.surroundings.around(self.settings)
+        return self.surroundings.around(self.settings, self.hand.arm is not None)
 
     @cached_property
     def fields(self) -> Fields:
         """The distances to them."""
-        return self.surroundings.fields(self.table_height)
+        return self.surroundings.fields(self.thing, self.table_height)
 
     @property
     def phases(self) -> tuple[Phase, ...]:
@@ -104,9 +108,11 @@ class Problem:
             "lift": self.settings.motion.lift,
         }
 
-    def parameters(self, nlp: Nlp, wrist: Array, joints: Array) -> Array:
-        """The parameter vector for the seed pose `wrist` (7) and `joints` (n)."""
+    def parameters(self, nlp: Nlp, wrist: Array, joints: Array, arm: Array | None = None) -> Array:
+        """The parameter vector for the seed pose `wrist` (7) and `joints` (n), and those of an arm (a) near it."""
         smoothing, numbers = self.settings.smoothing, self.numbers()
+        if self.hand.arm:
+            numbers |= {"base": self.hand.arm.base, "arm": self.hand.arm.home if arm is None else arm}
         return nlp.parameters.pack(
             numbers
             | {
@@ -143,12 +149,13 @@ class Problem:
         )
 
     def _contact_bounds(self, nlp: Nlp) -> tuple[Array, Array]:
-        """Bounds of the variables of the hand at first contact, as far as it is planned."""
+        """Bounds of the variables of the hand at first contact, as far as it is planned, and of an arm."""
         at, hand, freedom = nlp.structure.at_contact, self.hand, self.settings.closing.c_freedom
         c, m = self.settings.contact.c, len(hand.fingers)
         fingers = np.tile([[max(c - freedom, LEAST_C)], [min(c + freedom, 1.0)]], m if at.c else 0)
         joints = np.stack([hand.lower, hand.upper])[:, : len(hand.lower) if at.joints else 0]
-        low, high = np.hstack([fingers, joints])
+        arm = np.tile(np.stack([hand.arm.lower, hand.arm.upper]) / UNIT, POSTURES) if hand.arm else np.zeros((2, 0))
+        low, high = np.hstack([fingers, joints, arm])
         return low, high
 
     def gain_bounds(self) -> tuple[Array, Array]:
@@ -190,6 +197,7 @@ def build_problem(
     with threadpool_limits(1):  # the bits of a factorisation depend on the number of threads
         gpis = fit(training_set(observation, settings.gpis, seed, additions.kernel, settings.free_space))
     surroundings = surroundings.and_seen(observation)
+    around = surroundings.around(settings, hand.arm is not None)
     box = np.stack([observation.points.min(axis=0), observation.points.max(axis=0)])
     return Problem(
         hand=hand,
@@ -198,11 +206,10 @@ def build_problem(
         box=box,
         table_height=observation.table_height,
         com=_centre_of_mass(gpis, box, observation.table_height),
-        terms=additions.all_terms(settings),
-        constraints=additions.all_constraints(
-            settings if gpis.free_space else _with_reserve(settings), surroundings.around(settings)
-        ),
+        terms=additions.all_terms(settings, around),
+        constraints=additions.all_constraints(settings if gpis.free_space else _with_reserve(settings), around),
         formulation=additions.chosen(settings),
+        thing=upright_box(observation.points, observation.table_height, "object"),
         surroundings=surroundings,
     )
 

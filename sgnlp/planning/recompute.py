@@ -11,6 +11,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from sgnlp.hand.kinematics import frames, joint_torques, link_names, link_origins
+from sgnlp.planning.arm_recompute import carried
 from sgnlp.planning.problem import Problem
 from sgnlp.program.assembly import Numeric, Parts, assemble
 from sgnlp.program.equilibrium import GRAVITY
@@ -57,6 +58,7 @@ def recompute(problem: Problem, at: Posture) -> tuple[Grasp, Array]:
         links=dict(zip(link_names(hand), origins, strict=True)),
         joints=joints,
         joints_contact=touching,
+        arm=carried(problem, at, s),
         tips=a,
         tip_errors=np.zeros_like(a),
         reach_errors=tips - p,

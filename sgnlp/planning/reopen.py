@@ -90,6 +90,12 @@ def additions(meta: Mapping[str, Any]) -> Additions:
     return found.additions()
 
 
+def robot(meta: Mapping[str, Any], hand: str | None = None) -> Hand:
+    """The hand of a result, on its arm if it had one; `hand` is its folder, if it is elsewhere now."""
+    arm = meta.get("arm") or {}
+    return load_hand(hand or meta["hand"], meta["settings"]["spheres"], arm.get("name"), arm.get("base", ()))
+
+
 class Reopened(Planned):
     """A result read again."""
 
@@ -101,7 +107,7 @@ def reopen(folder: Path, file: Path | None = None, hand: str | None = None) -> R
         InputError: there is no such result or hand.
     """
     grasps = load_grasps(folder)
-    found = load_hand(hand or grasps.meta["hand"], grasps.meta["settings"]["spheres"])
+    found = robot(grasps.meta, hand)
     try:
         cloud = observation(grasps, folder, file)
         return Reopened(grasps, found, cloud, problem(grasps, cloud, found))

@@ -9,6 +9,8 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from sgnlp.base.settings import Closing
+from sgnlp.hand.arm import Arm
+from sgnlp.hand.arm_kinematics import gravity_torques
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.inverse import closing_way, reached
 from sgnlp.hand.kinematics import frames, joint_torques
@@ -62,6 +64,7 @@ class Solution:
     violations: tuple[Violation, ...]  # rows of the solver's last program that are not met, worst first
     hand: Hand | None = None  # that of the plan
     closing: Closing = field(default_factory=Closing)  # how it is to be carried out
+    arm: Array | None = None  # (3, a) [rad], of an arm at the pregrasp, at the stand-off and lifted
     confidence: float = nan  # probability that it holds at the load of the plan; NaN: unknown
 
     @property
@@ -104,6 +107,7 @@ def solution(problem: Problem, start: Start, iterate: Iterate, nlp: Nlp) -> Solu
         joints_squeeze=squeeze,
         clearances_contact=problem.gpis.distance(links) - np.delete(g.radii, problem.hand.tip_spheres),
         c=at.c,
+        arm=at.arm,
         grasp=g,
         translation_eq=t,
         contact_points=g.contacts - radii[:, None] * g.normals,
@@ -153,11 +157,33 @@ def _always(problem: Problem, g: Grasp) -> Iterator[Check]:
     row = f"joint_limits[{hand.joint_names[joint]}]"
     passed = bool(room[joint] >= -JOINT_SLACK)
     yield Check("joint_limits", float(room[joint]), 0.0, inf, JOINT_SLACK, "rad", passed, row)
+    if hand.arm:
+        yield from _arm(problem, hand.arm, g)
     if problem.settings.closing.planned:
         yield _way(problem, g)
     if problem.settings.contact.metric == "spring":
         rho = float(g.stiffness)
         yield Check("stable", 1e3 * rho, 1e3 * LEAST_STIFFNESS, inf, 0.0, "mN m", rho > LEAST_STIFFNESS)
+
+
+def _arm(problem: Problem, arm: Arm, g: Grasp) -> Iterator[Check]:
+    """The arm's joint limits, and its effort for its own weight, the hand's and the object's, on the way up."""
+    ways = {"pregrasp": g.arm.joints, "standoff": g.arm.standoff, "lift": g.arm.lift}
+    room = {place: np.minimum(q - arm.lower, arm.upper - q) for place, q in ways.items()}
+    place, joint = min(((p, int(r.argmin())) for p, r in room.items()), key=lambda at: room[at[0]][at[1]])
+    value = float(room[place][joint])
+    row = f"arm_limits[{arm.joint_names[joint]} at {place}]"
+    yield Check("arm_limits", value, 0.0, inf, JOINT_SLACK, "rad", value >= -JOINT_SLACK, row)
+    hand, mass = pin.computeTotalMass(problem.hand.model), problem.settings.contact.mass
+    root = pin.SE3(g.wrist_rotation, g.wrist_position)
+    centre = hand * pin.centerOfMass(problem.hand.model, problem.hand.model.createData(), g.joints_contact)
+    centre += mass * np.asarray(root.actInv(g.centre))
+    weight = hand + mass
+    torques = np.array([gravity_torques(arm, ways[p], weight, centre / weight) for p in ("pregrasp", "lift")])
+    share = np.abs(torques / arm.effort).max(axis=0)
+    worst = int(share.argmax())
+    row = f"arm_effort[{arm.joint_names[worst]}]"
+    yield Check("arm_effort", float(share[worst]), 0.0, 1.0, 0.0, "of the effort", bool(share[worst] <= 1.0), row)
 
 
 def _way(problem: Problem, g: Grasp) -> Check:

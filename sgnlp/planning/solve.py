@@ -8,20 +8,20 @@ from dataclasses import replace
 from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
-from sgnlp.hand.hand import Hand
+from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation
 from sgnlp.perception.shape import Shape
 from sgnlp.planning.additions import Additions
 from sgnlp.planning.confidence import with_confidence
 from sgnlp.planning.extension import Extension
-from sgnlp.planning.faraway import moved_cloud, moved_problem, moved_solution, origin
+from sgnlp.planning.faraway import moved_cloud, moved_hand, moved_problem, moved_solution, origin
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.pool import Failure, solve_all
 from sgnlp.planning.problem import build_problem
+from sgnlp.planning.reach import OUT_OF_REACH, reachable
 from sgnlp.planning.solution import Solution, rank
 from sgnlp.planning.solvers import settled, solver_named
 from sgnlp.planning.solvers.solver import Solver
-from sgnlp.planning.starts import starts
 from sgnlp.planning.surroundings import Surroundings
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.formulation import Formulation
@@ -89,10 +89,15 @@ def solve(
     chosen = settled(additions.solver, settings.solver)
     near = moved_cloud(observation, -middle) if far else observation
     given = Surroundings(tuple(obstacles), tuple(avoid), tuple(touch))
-    problem = build_problem(near, hand, settings, seed, additions, given.moved(-middle) if far else given)
+    hand = load_hand(hand, settings.spheres) if isinstance(hand, str) else hand
+    if far:
+        hand, given_near = moved_hand(hand, -middle), given.moved(-middle)
+    problem = build_problem(near, hand, settings, seed, additions, given_near if far else given)
     fitted = time.perf_counter()
-    results = []
-    with closing(solve_all(problem, starts(problem, count, seed), jobs, timeout, chosen)) as ended:
+    results: list[Solution | Failure] = []
+    begins, missed = reachable(problem, count, seed)
+    out = [Failure(index, OUT_OF_REACH) for index in missed[: count - len(begins)]]
+    with closing(solve_all(problem, begins, jobs, timeout, chosen)) as ended:
         for outcome in ended:
             result = replace(outcome, hand=problem.hand) if isinstance(outcome, Solution) else outcome
             progress(result)
@@ -101,7 +106,7 @@ def solve(
     solutions = rank(with_confidence(solved, near, settings, problem.gpis.free_space), settings.rank_by)
     if far:
         problem, solutions = moved_problem(problem, middle), [moved_solution(s, middle) for s in solutions]
-    failures = sorted((r for r in results if isinstance(r, Failure)), key=lambda f: f.start)
+    failures = sorted((r for r in (*results, *out) if isinstance(r, Failure)), key=lambda f: f.start)
     seconds = {"fit": fitted - begin, "solve": time.perf_counter() - fitted}
     return Plan(
         observation, problem, tuple(solutions), tuple(failures), seed, jobs, timeout, seconds, extension, chosen, given

@@ -6,9 +6,12 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from sgnlp.hand.arm import with_base
+from sgnlp.hand.arm_inverse import reach, way_ends
 from sgnlp.hand.inverse import reached
 from sgnlp.hand.kinematics import frames
 from sgnlp.planning.problem import Problem
+from sgnlp.program.carried import UNIT
 from sgnlp.program.nlp import Nlp
 from sgnlp.program.variables import AtContact, posture, variable_units
 
@@ -27,6 +30,7 @@ class Start:
     joints: Array
     targets: Array
     gains: Array
+    arm: Array | None = None  # (a,) [rad], of an arm that carries the hand
 
 
 def starts(problem: Problem, count: int, seed: int) -> list[Start]:
@@ -53,16 +57,21 @@ def initial(nlp: Nlp, start: Start) -> Array:
 def at_contact(nlp: Nlp, x: Array, p: Array) -> Array:
     """Where the variables of the hand at first contact begin, for those of every program x and the parameters p.
 
-    Each finger begins with the c of the settings, its joints where inverse kinematics brings the tips to the contacts.
+    Each finger begins with the c of the settings, its joints where inverse kinematics brings the tips to the contacts,
+    and an arm where it brings the hand to the wrist, to the stand-off and up.
     """
     at, given, hand = nlp.structure.at_contact, nlp.parameters.unpack(p), nlp.hand
-    if not (at.joints or at.c):
-        return np.zeros(0)
     begin = posture(hand, AtContact(), (given.wrist, given.joints), x, float(given.c[0]))
-    tips, _ = frames(hand, begin.wrist, begin.joints)
-    contacts = begin.targets + begin.c[:, None] * (tips - begin.targets)
-    joints = reached(hand, begin.wrist, begin.joints, contacts) if at.joints else np.zeros(0)
-    return np.concatenate([begin.c if at.c else np.zeros(0), joints])
+    parts = [begin.c] if at.c else []
+    if at.joints:
+        tips, _ = frames(hand, begin.wrist, begin.joints)
+        contacts = begin.targets + begin.c[:, None] * (tips - begin.targets)
+        parts.append(reached(hand, begin.wrist, begin.joints, contacts))
+    if hand.arm:
+        arm = with_base(hand.arm, given.base)
+        q, _ = reach(arm, begin.wrist, given.arm)
+        parts += [angles / UNIT for angles in (q, *way_ends(arm, q, -given.standoff * hand.palm, given.lift))]
+    return np.concatenate([np.zeros(0), *parts])
 
 
 def _turn(wrist: Array, centre: Array, yaw: float) -> Array:

@@ -1,5 +1,6 @@
 """What stands around the object, and where on it fingers are to touch: given by the user, or seen by the camera."""
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -26,18 +27,23 @@ class Surroundings:
         """These, and what the observation has seen around its object."""
         return replace(self, obstacles=(*self.obstacles, *seen_shapes(observation)))
 
-    def around(self, settings: Settings) -> Around:
-        """Which of the surroundings programs have to know."""
+    def around(self, settings: Settings, carried: bool = False) -> Around:
+        """Which of the surroundings programs have to know, and whether an arm carries the hand."""
         some = bool(self.obstacles)
-        return Around(some, settings.motion.samples if some else 0, bool(self.avoid), bool(self.touch))
+        return Around(some, settings.motion.samples if some else 0, bool(self.avoid), bool(self.touch), carried)
 
-    def fields(self, table: float) -> Fields:
-        """The distances to them, over a table at this height [m]."""
-        return fields(self.obstacles, self.avoid, self.touch, table)
+    def fields(self, thing: Shape, table: float) -> Fields:
+        """The distances to them, over a table at this height [m]; `thing` is a box around the object."""
+        return fields(self.obstacles, self.avoid, self.touch, thing, table)
 
     def moved(self, by: Array) -> "Surroundings":
         """The same, displaced by (3,) [m]."""
         return Surroundings(*(tuple(shape.moved(by) for shape in shapes) for _, shapes in self.kinds()))
+
+    def words(self) -> str:
+        """What the hand is kept clear of, and where fingers may touch, in a sentence for each; "" if in nothing."""
+        told = {"obstacles": "The hand stays clear of", "avoid": "No finger touches", "touch": "Fingers touch within"}
+        return " ".join(f"{told[kind]} {_listed(shapes)}." for kind, shapes in self.kinds() if shapes)
 
     def plain(self) -> dict[str, list[dict[str, Any]]]:
         """The shapes as JSON has them."""
@@ -51,6 +57,12 @@ class Surroundings:
     def kinds(self) -> Iterator[tuple[str, tuple[Shape, ...]]]:
         """The name of each kind and its shapes."""
         yield from (("obstacles", self.obstacles), ("avoid", self.avoid), ("touch", self.touch))
+
+
+def _listed(shapes: tuple[Shape, ...]) -> str:
+    """The names of shapes, with their number where several have one."""
+    counts = Counter(shape.name for shape in shapes)
+    return ", ".join(f"{name} ({count} shapes)" if count > 1 else name for name, count in counts.items())
 
 
 def _plain(shape: Shape) -> dict[str, Any]:

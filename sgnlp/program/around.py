@@ -1,8 +1,9 @@
 """What stands around the object, as the program sees it: distances at points of the hand, as jets like the surface's.
 
-Points, in their order, with S spheres of the hand, A postures of the approach and m fingers:
+Points, in their order, with S spheres of the hand, A postures of the approach, A' free spheres of the arm, m fingers:
 
     pregrasp s (S), first contact w (S), approach s - (j/A) l R a (A S), lift w + h e_z (S)     if there are obstacles
+    free spheres of the arm, at the pregrasp, at the stand-off and lifted (3 A')             if the hand is on an arm
     feet of the contacts (m)                                              if there are regions to stay off, or to touch
 
 a is the direction that the palm looks in, l the stand-off, h the lift. Jets are numbers to the program, so that one
@@ -16,7 +17,7 @@ import numpy as np
 
 from sgnlp.base.arrays import Array
 from sgnlp.perception.shape import Shape
-from sgnlp.surface.shape_field import JET, ShapeField
+from sgnlp.surface.shape_field import ShapeField
 
 POSTURES = 3
 """Postures beside those of the approach: pregrasp, first contact, lift."""
@@ -30,9 +31,10 @@ class Around:
     approach: int = 0  # A, postures of the approach, where there are obstacles
     avoid: bool = False
     touch: bool = False
+    carried: bool = False  # whether an arm carries the hand
 
     def points(self, spheres: int) -> int:
-        """The number of points that follow from the variables alone, for a hand of so many spheres."""
+        """The number of points of the hand that follow from the variables alone, for so many spheres."""
         return spheres * (POSTURES + self.approach) if self.obstacles else 0
 
     def regions(self, fingers: int) -> int:
@@ -48,26 +50,30 @@ ALONE = Around()
 class Fields:
     """The distances to what stands around the object.
 
-    `near` has the obstacles, `way` the table too: along the approach and the lift the table is one of them.
+    `near` has the obstacles, `way` the table too: along the approach and the lift the table is one of them. `arm` has
+    these and the box of the object.
     """
 
     near: ShapeField = field(default_factory=lambda: ShapeField(()))
     way: ShapeField = field(default_factory=lambda: ShapeField(()))
     avoid: ShapeField = field(default_factory=lambda: ShapeField(()))
     touch: ShapeField = field(default_factory=lambda: ShapeField(()))
+    arm: ShapeField = field(default_factory=lambda: ShapeField(()))
 
     def jets(self, around: Around, spheres: int, points: Array, feet: Array) -> Array:
         """Jets (P + regions, 10) at the points (P, 3) of an `Around` and at its regions' feet (m, 3)."""
-        blocks = []
-        if around.obstacles:
-            still = 2 * spheres  # pregrasp and first contact
-            blocks += [self.near.jets(points[:still]), self.way.jets(points[still:])]
+        still, own = 2 * spheres * around.obstacles, around.points(spheres)  # pregrasp and first contact; all
+        blocks = [self.near.jets(points[:still]), self.way.jets(points[still:own]), self.arm.jets(points[own:])]
         blocks += [self.avoid.jets(feet)] if around.avoid else []
         blocks += [self.touch.jets(feet)] if around.touch else []
-        return np.concatenate(blocks) if blocks else np.empty((0, JET))
+        return np.concatenate(blocks)
 
 
-def fields(obstacles: Sequence[Shape], avoid: Sequence[Shape], touch: Sequence[Shape], table: float) -> Fields:
-    """The fields of these shapes over a table at a height [m]."""
+def fields(
+    obstacles: Sequence[Shape], avoid: Sequence[Shape], touch: Sequence[Shape], thing: Shape, table: float
+) -> Fields:
+    """The fields of these shapes over a table at a height [m]; `thing` is a box around the object."""
     floor = Shape.half_space([0.0, 0.0, table], [0.0, 0.0, 1.0], "table")
-    return Fields(ShapeField(obstacles), ShapeField((*obstacles, floor)), ShapeField(avoid), ShapeField(touch))
+    way = (*obstacles, floor)
+    kinds = (obstacles, way, avoid, touch, (*way, thing))
+    return Fields(*map(ShapeField, kinds))

@@ -26,6 +26,7 @@ class Parts:
     links: Mapping[str, Any]  # → (3,) [m]
     joints: Any  # (n,) [rad]
     joints_contact: Any  # (n,) [rad]
+    arm: Any  # `Carried`, or None
     tips: Any  # (m, 3) [m]
     tip_errors: Any  # (m, 3) [m]
     reach_errors: Any  # (m, 3) [m]
@@ -127,6 +128,7 @@ def assemble(parts: Parts, hand: Hand, given: SimpleNamespace, samples: int, den
         tips=parts.tips,
         tip_errors=parts.tip_errors,
         joints_contact=parts.joints_contact,
+        arm=parts.arm,
         reach_errors=parts.reach_errors,
         targets=parts.targets,
         gains=parts.gains,

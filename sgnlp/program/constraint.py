@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import acos, degrees, inf
+from math import acos, degrees, exp, inf
 from typing import Any
 
 import numpy as np
@@ -46,6 +46,8 @@ TORQUE = Unit("N m", 0.1)
 EFFORT = Unit("of the effort")
 GAIN = Unit("N/m", 100.0)
 TRACE = Unit("deg", 1.0, _angle_deg)
+RATIO = Unit("of that at home", 1.0, exp)
+"""Of a logarithm."""
 UNITS = {"": NUMBER, "m": LENGTH, "N": FORCE, "N m": TORQUE, "N/m": GAIN}
 """What a constraint may name by its SI symbol; any other symbol stands for itself, with a scale of 1."""
 

@@ -1,12 +1,25 @@
 """The built-in constraints: what each demands, how exactly, and the bounds that settings give it."""
 
 from dataclasses import replace
-from math import cos, inf, radians
+from math import cos, inf, log, radians
 from typing import Any
 
 from sgnlp.base.settings import Settings
 from sgnlp.program.around import ALONE, Around
-from sgnlp.program.constraint import EFFORT, FORCE, GAIN, LENGTH, NUMBER, STIFFNESS, TORQUE, TRACE, Constraint, Unit
+from sgnlp.program.carried import POSTURES
+from sgnlp.program.constraint import (
+    EFFORT,
+    FORCE,
+    GAIN,
+    LENGTH,
+    NUMBER,
+    RATIO,
+    STIFFNESS,
+    TORQUE,
+    TRACE,
+    Constraint,
+    Unit,
+)
 from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.ops import Ops
@@ -28,6 +41,8 @@ PRESS = 0.2
 """By how much a force may miss its bounds [N], a tenth of the paper's least force."""
 BALANCE = 1e-3
 """Largest net force [N] and net torque [N m] along an axis that count as balanced."""
+DEXTERITY = 0.01
+"""By how much the log of the least manipulability may be missed: 1 % of it."""
 STIFF = 1.0
 """By how much the least sum of gains may be missed [N/m]."""
 DICTATED = 0.02
@@ -55,6 +70,13 @@ def _approach(g: Grasp, op: Ops) -> Any:
     """The least clearance of each sphere from obstacles, over the postures from the stand-off to the pregrasp."""
     S, gaps = g.spheres.shape[0], g.obstacle_clearances_approach
     return op.closest(g.obstacle_clearances, *(gaps[k : k + S] for k in range(0, gaps.shape[0], S)))
+
+
+def _arm_way(g: Grasp, op: Ops) -> Any:
+    """The least clearance of each free sphere of the arm, over stand-off, pregrasp and lift."""
+    gaps = g.arm.clearances
+    A = gaps.shape[0] // POSTURES
+    return op.closest(*(gaps[k * A : (k + 1) * A] for k in range(POSTURES)))
 
 
 def _each(over: str, unit: Unit, tolerance: float) -> dict[str, Any]:
@@ -155,6 +177,39 @@ CONSTRAINTS: tuple[Constraint, ...] = (
         **CLEAR | {"over": "sphere"},
         about="hand clear of obstacles at first contact, and when it has risen with the object",
     ),
+    Constraint(
+        "arm", _arm_way, **CLEAR | {"over": "arm"}, about="arm clear of obstacles, table and object on the whole way"
+    ),
+    Constraint(
+        "arm_self", lambda g, op: g.arm.pair_clearances, **CLEAR | {"over": "arm_pair"}, about="arm clear of itself"
+    ),
+    Constraint(
+        "arm_hand", lambda g, op: g.arm.hand_clearances, **CLEAR | {"over": "arm_palm"}, about="arm clear of the palm"
+    ),
+    Constraint(
+        "wrist",
+        lambda g, op: g.arm.wrist_error,
+        **_each("pose", LENGTH, REACHED) | {"always": True},
+        about="arm at the pregrasp off the wrist; a turn of 1 rad counts as 10 cm",
+    ),
+    Constraint(
+        "standoff",
+        lambda g, op: g.arm.standoff_error,
+        **_each("pose", LENGTH, REACHED) | {"always": True},
+        about="arm at the stand-off off the straight way; a turn of 1 rad counts as 10 cm",
+    ),
+    Constraint(
+        "lift",
+        lambda g, op: g.arm.lift_error,
+        **_each("pose", LENGTH, REACHED) | {"always": True},
+        about="arm with the object lifted off the straight way; a turn of 1 rad counts as 10 cm",
+    ),
+    Constraint(
+        "dexterity",
+        lambda g, op: g.arm.dexterity,
+        **_each("", RATIO, DEXTERITY),
+        about="manipulability of the arm over that at home",
+    ),
     Constraint("avoid", lambda g, op: g.avoid_distances, **CLEAR, about="contact points off the regions to avoid"),
     Constraint("touch", lambda g, op: g.touch_distances, **CLEAR, about="contact points within the regions to touch"),
     Constraint(
@@ -245,6 +300,11 @@ def _surroundings(s: Settings, around: Around) -> dict[str, tuple[float, float]]
     if around.obstacles:
         clear = s.limits.obstacle_margin, inf
         bounds |= {"obstacles": clear, "obstacles_contact": clear}
+    if around.carried:
+        clear = s.limits.obstacle_margin, inf
+        bounds |= dict.fromkeys(("arm", "arm_self", "arm_hand"), clear)
+        bounds |= dict.fromkeys(("wrist", "standoff", "lift"), (0.0, 0.0))
+        bounds["dexterity"] = log(s.limits.dexterity), inf
     if around.avoid:
         bounds["avoid"] = (s.limits.region_margin, inf)
     if around.touch:

@@ -27,6 +27,7 @@ class Grasp:
     wrist_rotation: Any  # (3, 3), orientation of the root link: its axes are the columns
     links: Mapping[str, Any]  # name of each link → (3,) [m], origin of its frame at the pregrasp
     joints_contact: Any  # (n,) [rad], w, at first contact
+    arm: Any  # `sgnlp.program.carried.Carried`, the arm that carries the hand; None without one
     reach_errors: Any  # (m, 3) [m], tips at the joints of first contact less the contacts: 0
     centre: Any  # (3,) [m], the object's centre of mass before it moves
     joints: Any  # (n,) [rad]

@@ -11,6 +11,7 @@ from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import Frames, forward, link_names
 from sgnlp.program import equilibrium
 from sgnlp.program.assembly import Parts, Symbolic, assemble
+from sgnlp.program.carried import ArmModel
 from sgnlp.program.lifting import Lifting
 from sgnlp.program.structure import Structure
 from sgnlp.surface.jets import JET, Layout, expand
@@ -40,6 +41,8 @@ class Model:
         self._a = lifting.lift("tips", structure.formulation.tips(self._added, frames.tips))
         self._s = self._spheres(hand, lifting, "spheres", frames.spheres, self._a)
         at, first = structure.at_contact, 6 + n + 4 * m
+        ends = first + m * at.c + n * at.joints  # of the variables at contact
+        self._arm = ArmModel(hand, lifting, par, frames, x[ends:]) if hand.arm else None
         c = ca.repmat(x[first : first + m], 1, 3) if at.c else par.c
         self._p = lifting.lift("contacts", targets + c * (self._a - targets))
         along = np.linspace(0.0, 1.0, K)  # from the pregrasp tip to the target
@@ -92,13 +95,16 @@ class Model:
             approach = [self._s + ca.repmat(step, S, 1) for step in back]
             lifted = self._contact.spheres + ca.repmat(ca.horzcat(0, 0, par.lift), S, 1)
             self.around = ca.vertcat(self._s, self._contact.spheres, *approach, lifted)
-        self.field_jets = ca.SX.sym("field_jets", around.points(S) + around.regions(m), JET)
+        arm = self._arm.spheres if self._arm else ca.SX(0, 3)
+        self.around = ca.vertcat(self.around, arm)
+        self.field_jets = ca.SX.sym("field_jets", self.around.shape[0] + around.regions(m), JET)
         feet = self._delta[self.layout.before_feet : self.layout.before_feet + m, :]
         delta = self.around - lifting.freeze("around_origin", self.around)
         delta = ca.vertcat(delta, *[feet] * (around.avoid + around.touch))
         distances = lifting.lift("around", expand(self.field_jets, delta)) if delta.shape[0] else ca.SX(0, 1)
-        cuts = np.cumsum([0, around.points(S), m * around.avoid, m * around.touch]).tolist()
-        self._obstacles, self._avoid, self._touch = ca.vertsplit(distances, cuts)
+        counts = [0, around.points(S), arm.shape[0], m * around.avoid, m * around.touch]
+        parts = ca.vertsplit(distances, np.cumsum(counts).tolist())
+        self._obstacles, self._arm_distances, self._avoid, self._touch = parts
 
     def _normals(self, delta: ca.SX) -> ca.SX:
         """Normals (m, 3) at the contacts displaced by delta (m, 3) [m]."""
@@ -131,6 +137,7 @@ class Model:
             wrist_rotation=frames.rotation,
             links={name: frames.origins[i, :].T for i, name in enumerate(link_names(hand))},
             joints=par.joints + self._v[6:],
+            arm=self._arm and self._arm.state(par, self._arm_distances),
             tips=self._a,
             tip_errors=self._a - frames.tips,
             joints_contact=at.joints,

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from sgnlp.hand.hand import Hand
+from sgnlp.program.carried import far_spheres, free_spheres, near_spheres
 from sgnlp.program.constraint import Constraint
 
 AXES = ("x", "y", "z")
@@ -10,7 +11,7 @@ AXES = ("x", "y", "z")
 
 def labels(hand: Hand) -> dict[str, tuple[str, ...]]:
     """What the rows of a constraint go over, the values of `Constraint.over`: every sphere but the pads is a `link`."""
-    spheres = tuple(sphere.name for sphere in hand.spheres)
+    spheres, arm = tuple(sphere.name for sphere in hand.spheres), hand.arm
     return {
         "": ("",),
         "finger": tuple(finger.name for finger in hand.fingers),
@@ -19,6 +20,12 @@ def labels(hand: Hand) -> dict[str, tuple[str, ...]]:
         "sphere": spheres,
         "pair": tuple(f"{spheres[i]}-{spheres[j]}" for i, j in hand.pairs),
         "axis": AXES,
+        "pose": tuple(f"{kind}{axis}" for kind in ("", "r") for axis in AXES),
+        "arm": tuple(arm.spheres[i].name for i in free_spheres(arm)) if arm else (),
+        "arm_pair": tuple(f"{arm.spheres[i].name}-{arm.spheres[j].name}" for i, j in arm.pairs) if arm else (),
+        "arm_palm": tuple(f"{arm.spheres[j].name}-{spheres[i]}" for i in near_spheres(hand) for j in far_spheres(arm))
+        if arm
+        else (),
         "tip": tuple(f"{finger.name}.{axis}" for axis in AXES for finger in hand.fingers),
     }
 
@@ -35,6 +42,12 @@ def contact_names(hand: Hand, c: bool, joints: bool) -> tuple[str, ...]:
     """A name for each variable of the hand at first contact: c of each finger, the joints, as far as they are free."""
     fingers = [f"c.{finger.name}" for finger in hand.fingers] if c else []
     return (*fingers, *(f"contact.{name}" for name in hand.joint_names if joints))
+
+
+def arm_names(hand: Hand) -> tuple[str, ...]:
+    """A name for each variable of an arm that carries the hand; none without one."""
+    joints = hand.arm.joint_names if hand.arm else ()
+    return tuple(f"{place}.{name}" for place in ("arm", "standoff", "lift") for name in joints)
 
 
 def row_names(hand: Hand, constraints: Sequence[Constraint], sizes: Sequence[int]) -> tuple[str, ...]:

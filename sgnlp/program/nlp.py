@@ -74,7 +74,16 @@ FUNCTIONS = ("points", "objective", "gradient", "rows", "jacobian", "hessian", "
 def parameter_vector(hand: Hand, terms: int) -> ParameterVector:
     """The blocks of p for a hand and a number of terms."""
     n = len(hand.joint_names)
-    sizes = {"wrist": 7, "joints": n, "weights": terms, "c": 1, "friction": 1, "pad": 1, "foot": 1, "force_min": 1}
+    sizes = {
+        "wrist": 7,
+        "joints": n,
+        "weights": terms,
+        "c": 1,
+        "friction": 1,
+        "pad": 1,
+        "foot": 1,
+        "force_min": 1,
+    }
     sizes |= {
         "displacement": 3,
         "rotation_desired": 9,
@@ -86,6 +95,7 @@ def parameter_vector(hand: Hand, terms: int) -> ParameterVector:
         "standoff": 1,
         "lift": 1,
     }
+    sizes |= {"base": 7, "arm": len(hand.arm.joint_names)} if hand.arm else {}
     widths = {"distance": 1, "collision": 1, "log_width": 1, "force": 1, "deviation": 1, "exponent": 1}
     return ParameterVector(sizes | widths)
 

@@ -29,7 +29,7 @@ class Surface:
 
     The feet follow from the normals at the contacts; `metric` is the `jets` of the `Nlp`. `evaluations` counts the
     points at which values were taken, `completions` those at which derivatives were. The last of `jets` are those of
-    the surroundings, `fields`, as far as an `Around` asks for them.
+    the surroundings, `fields`, as far as `around` asks for them: an `Around` and its number of points.
     """
 
     def __init__(
@@ -38,7 +38,7 @@ class Surface:
         layout: Layout,
         metric: ca.Function,
         compiled: bool = True,
-        around: Around = ALONE,
+        around: tuple[Around, int] = (ALONE, 0),
         fields: Fields | None = None,
     ):
         self._raw_jets = native.raw_jets(gpis, layout.uncertain, compiled)
@@ -51,23 +51,21 @@ class Surface:
             self._buffer.set_arg(i, raw.data)
         for i, jets in enumerate(self.jets):
             self._buffer.set_res(i, jets.T.data)
-        self._around, self._fields = around, fields or Fields()
-        self.around_points = around.points(layout.S)
-        self.jets.append(np.zeros((self.around_points + around.regions(layout.m), JET), order="F"))
-        self._last = np.full((layout.points - layout.m, 3), np.nan), np.full(layout.m, np.nan)
+        (self._around, self.around_points), self._fields = around, fields or Fields()
+        self.jets.append(np.zeros((self.around_points + self._around.regions(layout.m), JET), order="F"))
+        self._last: tuple[Array, ...] = tuple(np.full(1, np.nan) for _ in range(3))
         self._complete = False
         self.evaluations = self.completions = 0
 
     def update(self, Z: Array, radii: Array, around: Array, complete: bool) -> None:
-        """Make `jets` those of `Layout.symbols()` at Z (Q - m, 3), radii (m) [m], and those of the surroundings.
-
-        Where the hand's points are the same, so are those `around` (P, 3).
+        """Make `jets` those of `Layout.symbols()` at Z (Q - m, 3), radii (m) [m], and those `around` at points (P, 3).
 
         Their derivatives are 0 unless they are asked for by `complete`, or were before at the same points.
         """
-        if not (np.array_equal(Z, self._last[0]) and np.array_equal(radii, self._last[1])):
-            self._last, self._complete = (Z.copy(), radii.copy()), False
-            self._values(*self._last)
+        asked = (Z, radii, around)
+        if not all(np.array_equal(now, before) for now, before in zip(asked, self._last, strict=True)):
+            self._last, self._complete = (Z.copy(), radii.copy(), around.copy()), False
+            self._values(Z, radii)
             self._evaluate()
             self._surround(around)
             self.evaluations += 1
@@ -126,7 +124,7 @@ class SurfaceJets(ca.Callback):
 
     def eval_buffer(self, arguments: Sequence[Any], results: Sequence[Any]) -> int:
         """Evaluate what is not known at these points."""
-        given, radii, around = (np.frombuffer(a, dtype=float) for a in arguments)
+        given, radii, around = (np.frombuffer(a or b"", dtype=float) for a in arguments)  # None where it is empty
         self._surface.update(given.reshape(3, -1).T, radii, around.reshape(3, -1).T, self._complete)
         for result, jets in zip(results, self._surface.jets, strict=True):
             if result is not None:
@@ -168,7 +166,8 @@ def join(nlp: Nlp, gpis: Gpis, compiled: bool = True, fields: Fields | None = No
 
     The surface's jets are taken in C if `compiled` and there is a compiler.
     """
-    surface = Surface(gpis, nlp.layout, nlp.jets, compiled, nlp.structure.around, fields)
+    around = nlp.structure.around, int(nlp.points.size1_out(2))
+    surface = Surface(gpis, nlp.layout, nlp.jets, compiled, around, fields)
     values, jets = SurfaceJets(surface, complete=False), SurfaceJets(surface, complete=True)
     x, p = ca.MX.sym("x", len(nlp.units)), ca.MX.sym("p", sum(nlp.parameters.sizes.values()))
     lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", sum(nlp.row_sizes))

@@ -1,9 +1,10 @@
 """The variables of a nonlinear program: in which order they stand, their units, and what they are of a grasp.
 
-    x = (v (6 + n), o (3 m), k (m) | c (m), w (n) | the formulation's own) / units
+    x = (v (6 + n), o (3 m), k (m) | c (m), w (n), q (a), q_s (a), q_l (a) | the formulation's own) / units
 
 The first block is that of every program. The second is there where the hand at first contact is planned: how far along
-its way each finger touches, if that is free, and the joints at first contact, with the same wrist.
+its way each finger touches, if that is free, and the joints at first contact, with the same wrist. Its last part is
+that of an arm that carries the hand: its joints at the pregrasp, at the stand-off and with the object lifted.
 """
 
 from dataclasses import dataclass, field
@@ -13,7 +14,8 @@ from numpy.typing import NDArray
 
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import integrate
-from sgnlp.program.names import contact_names, variable_names
+from sgnlp.program.carried import POSTURES, UNIT
+from sgnlp.program.names import arm_names, contact_names, variable_names
 
 Array = NDArray[np.float64]
 
@@ -34,15 +36,15 @@ class Variables:
 
 @dataclass(frozen=True)
 class AtContact:
-    """Which variables of the hand at first contact a program has."""
+    """Which variables of the hand at first contact a program has; it always has those of an arm."""
 
     joints: bool = False
     c: bool = False
 
     def of(self, hand: Hand) -> Variables:
-        """c of each finger and the joints of the hand, as far as they are variables."""
-        names = contact_names(hand, self.c, self.joints)
-        return Variables(names, np.ones(len(names)))
+        """c of each finger and the joints of the hand, as far as they are variables, and the arm's, if there is one."""
+        names, arm = contact_names(hand, self.c, self.joints), arm_names(hand)
+        return Variables((*names, *arm), np.array([1.0] * len(names) + [UNIT] * len(arm)))
 
 
 def variable_kinds(hand: Hand) -> list[str]:
@@ -71,6 +73,7 @@ class Posture:
     gains: Array  # (m,) [N/m]
     c: Array  # (m,)
     joints_contact: Array | None = None  # (n,) [rad]
+    arm: Array | None = None  # (3, a) [rad], of an arm at the pregrasp, at the stand-off and lifted
 
 
 def posture(hand: Hand, at: AtContact, seed: tuple[Array, Array], x: Array, c: float) -> Posture:
@@ -84,4 +87,7 @@ def posture(hand: Hand, at: AtContact, seed: tuple[Array, Array], x: Array, c: f
     tangent, targets, gains = np.split(shared, [6 + n, 6 + n + 3 * m])
     own, added = (added[:m], added[m:]) if at.c else (np.full(m, c), added)
     wrist, joints = integrate(hand, *seed, tangent)
-    return Posture(wrist, joints, targets.reshape(m, 3), gains, own, added[:n] if at.joints else None)
+    contact, added = (added[:n], added[n:]) if at.joints else (None, added)
+    a = len(hand.arm.joint_names) if hand.arm else 0
+    arm = UNIT * added[: POSTURES * a].reshape(POSTURES, a) if a and len(added) else None
+    return Posture(wrist, joints, targets.reshape(m, 3), gains, own, contact, arm)

@@ -7,8 +7,8 @@ score. It knows the rooms before it, `hand` and `planning` among them.
 >>> outcome.score, outcome.pushes_held
 """
 
+from sgnlp.control.command import Command, command
 from sgnlp.simulation.body import Body, body, true_body
-from sgnlp.simulation.command import Command, command
 from sgnlp.simulation.displacement import displaced
 from sgnlp.simulation.judge import execute
 from sgnlp.simulation.outcome import Closing, Lift, Outcome, Pregrasp, Push, Trace, plain

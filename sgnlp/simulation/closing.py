@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.simulation.command import Command
+from sgnlp.control.command import Command
 from sgnlp.simulation.outcome import Closing
 from sgnlp.simulation.protocol import Experiment, angle, calm
 from sgnlp.simulation.recorder import Reading

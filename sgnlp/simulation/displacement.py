@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from sgnlp.simulation.command import Command
+from sgnlp.control.command import Command
 from sgnlp.simulation.settings import SimulationSettings
 
 Array = NDArray[np.float64]

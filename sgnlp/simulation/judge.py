@@ -5,11 +5,10 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.base.errors import InputError
+from sgnlp.control.command import Command, check
 from sgnlp.hand.hand import Hand
 from sgnlp.simulation.body import Body
 from sgnlp.simulation.closing import closed
-from sgnlp.simulation.command import Command
 from sgnlp.simulation.displacement import erred
 from sgnlp.simulation.outcome import Ending, Lift, Outcome, Pregrasp, Push
 from sgnlp.simulation.protocol import AXES, Experiment, angle
@@ -33,7 +32,7 @@ def execute(command: Command, body: Body, hand: Hand, settings: SimulationSettin
     Raises:
         InputError: the command does not fit the hand, or MuJoCo refuses the hand or the mesh.
     """
-    _check(command, hand)
+    check(command, hand)
     told = erred(command, settings)
     return judge(Experiment(told, body, hand, settings), told)
 
@@ -65,19 +64,6 @@ def judge(experiment: Experiment, command: Command) -> Outcome:
         pushes=pushes,
         trace=experiment.recorder.trace(),
     )
-
-
-def _check(command: Command, hand: Hand) -> None:
-    n, m = len(hand.joint_names), len(hand.fingers)
-    shapes = {"wrist": (7,), "joints": (n,), "tips": (m, 3), "targets": (m, 3), "gains": (m,)}
-    planned = {"joints_contact": (n,), "joints_squeeze": (n,)}
-    shapes |= {name: shape for name, shape in planned.items() if getattr(command, name) is not None}
-    for name, shape in shapes.items():
-        array = np.asarray(getattr(command, name))
-        if array.shape != shape or not np.isfinite(array).all():
-            raise InputError(f"the grasp's {name} must be {shape} finite numbers for '{hand.name}', not {array.shape}")
-    if np.min(command.gains) <= 0:
-        raise InputError("the grasp's gains must be positive")
 
 
 def _finite(phase: Iterable[Reading]) -> list[Reading]:

@@ -52,7 +52,7 @@ class Closing:
     slip: Array  # (m,) [m] path of each pad over the surface, rolling excluded
     torque_share: float  # largest torque of the actuators of a joint over its effort at the equilibrium
     torque_share_closing: float  # the same at any time of closing
-    joints_limited: float  # share of the joints that are at their effort at the equilibrium
+    joints_limited: float  # share of the joints with a motor that are at their effort at the equilibrium
     joints_limited_closing: float  # the same at any time of closing
 
 

@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from sgnlp.control.command import Command
+from sgnlp.control.controller import Controller
+from sgnlp.control.law import WEIGHTLESS, Law
 from sgnlp.hand.hand import Hand
 from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.simulation.body import Body
-from sgnlp.simulation.command import Command
 from sgnlp.simulation.contacts import penetrations
-from sgnlp.simulation.controller import Controller
 from sgnlp.simulation.recorder import Reading, Recorder
 from sgnlp.simulation.settings import ROUNDING, SAMPLE, SimulationSettings
 from sgnlp.simulation.world import ARM_INERTIA, object_alone, world
@@ -42,10 +43,9 @@ class Experiment:
         self.data: Any = mujoco.MjData(self.world.model)
         self.data.qpos[self.world.object_place] = settled(body, settings)
         self.data.qpos[self.world.hand_joints] = hand.moving_angles(command.joints)
-        self.controller = Controller(self.world, command, settings)
+        self.controller = Controller(hand, command, law(settings))
         mujoco.mj_fwdPosition(self.world.model, self.data)
-        self.controller.sense(self.data)
-        self.controller.act(self.data)
+        self.act()
         mujoco.mj_forward(self.world.model, self.data)
         hull = body.vertices[ConvexHull(body.vertices).vertices]
         self.recorder = Recorder(self.world, hull)
@@ -98,13 +98,25 @@ class Experiment:
     def _advance(self, phase: str) -> Reading:
         import mujoco
 
-        for step in range(round(SAMPLE / self.settings.timestep)):
+        for _ in range(round(SAMPLE / self.settings.timestep)):
             mujoco.mj_step1(self.world.model, self.data)
-            if step == 0:
-                self.controller.sense(self.data)
-            self.controller.act(self.data)
+            self.act()
             mujoco.mj_step2(self.world.model, self.data)
         return self.recorder.read(self.data, phase)
+
+    def act(self) -> None:
+        """Write the torques of the controller into the motors. It closes from the begin on."""
+        now = self.data
+        now.ctrl[:] = self.controller.torques(now.time, self.world.wrist(now), *self.world.own_joints(now))
+
+
+def law(settings: SimulationSettings) -> Law:
+    """The law of the simulated hand.
+
+    MuJoCo bears its weight: it spreads the mass of a link over what the URDF shows of it, because the URDF's inertias
+    are placeholders. The centres of mass are not those that the controller knows.
+    """
+    return Law(control=settings.control, gravity=WEIGHTLESS, joint_inertia=settings.joint_armature)
 
 
 def calm(readings: Sequence[Reading]) -> bool:

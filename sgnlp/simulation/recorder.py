@@ -31,7 +31,7 @@ class Reading:
     forces: Array  # (m, 3) [N] of the pads on the object
     touching: NDArray[np.bool_]  # (m,) pads
     links: dict[str, float]  # normal force [N] on the object of each link that touches it without its pad
-    torques: Array  # (j,) |torque| of the actuators over the hand's effort, of every joint that moves
+    torques: Array  # (n,) |torque| of the motors over the hand's effort
     slide: Array  # (m,) [m] of each pad over the surface since the reading before
 
     @property
@@ -58,6 +58,7 @@ class Recorder:
         for i, before in self._marks.items():
             slide[i] = before.slid(pads[i], thing)
         firmest, forces, links = self._touches(data)
+        effort = self.world.effort
         self._marks = {i: mark(pads[i], thing, touch.point, touch.normal) for i, touch in firmest.items()}
         reading = Reading(
             time=float(data.time),
@@ -70,7 +71,7 @@ class Recorder:
             forces=forces,
             touching=np.isin(np.arange(len(pads)), list(firmest)),
             links=links,
-            torques=np.abs(data.qfrc_actuator[self.world.hand_speeds]) / self.world.effort,
+            torques=np.abs(data.qfrc_actuator[self.world.hand_speeds[: len(effort)]]) / effort,
             slide=slide,
         )
         self._keep(data, reading)

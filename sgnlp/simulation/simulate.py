@@ -1,10 +1,10 @@
 """A planned grasp carried out on the true object that comes with its cloud."""
 
 from sgnlp.base.errors import InputError
+from sgnlp.control.command import Command
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.solution import Solution
 from sgnlp.simulation.body import true_body
-from sgnlp.simulation.command import Command
 from sgnlp.simulation.judge import DEFAULTS, execute
 from sgnlp.simulation.outcome import Outcome
 from sgnlp.simulation.settings import SimulationSettings

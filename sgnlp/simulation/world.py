@@ -6,12 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.control.command import Command
 from sgnlp.hand.hand import Hand
 from sgnlp.simulation.articulation import articulation, centre, pad
 from sgnlp.simulation.body import Body
-from sgnlp.simulation.command import Command
-from sgnlp.simulation.controller import add_joint_springs, add_motors, add_springs, holds_posture
-from sgnlp.simulation.scene import HIDDEN, OBJECT, TABLE, add_object, compiled, empty_scene
+from sgnlp.simulation.scene import OBJECT, TABLE, add_object, compiled, empty_scene
 from sgnlp.simulation.settings import SimulationSettings
 
 Array = NDArray[np.float64]
@@ -30,8 +29,8 @@ class World:
     model: Any  # mujoco.MjModel
     hand_joints: NDArray[np.intp]  # (j,) places in qpos, in the order of the hand's moving_joints
     hand_speeds: NDArray[np.intp]  # (j,) places in qvel
-    coupling: Array  # (j, n) how far each joint moves for each of their own: those that mimic follow
-    effort: Array  # (j,) [N m]
+    effort: Array  # (n,) [N m]
+    root: int  # body of the hand's root link
     lift: int  # place of the wrist's rise in qvel
     tips: NDArray[np.intp]  # (m,) sites
     pad_links: NDArray[np.intp]  # (m,) bodies
@@ -45,19 +44,15 @@ class World:
         """Name of the hand's link that a geom belongs to."""
         return str(self.model.body(self.model.geom_bodyid[geom]).name.removeprefix(HAND))
 
+    def wrist(self, data: Any) -> Array:
+        """Pose (7,) of the hand's root link, x y z [m] qx qy qz qw."""
+        w, *xyz = data.xquat[self.root]
+        return np.array([*data.xpos[self.root], *xyz, w])
+
     def own_joints(self, data: Any) -> tuple[Array, Array]:
         """Angles and speeds (n,) of the hand's own joints [rad], [rad/s]."""
-        n = self.coupling.shape[1]
+        n = len(self.effort)
         return data.qpos[self.hand_joints[:n]], data.qvel[self.hand_speeds[:n]]
-
-    def tip_jacobian(self, data: Any) -> Array:
-        """Motion (3m, n) [m/rad] of the tips in the world for that of the hand's own joints."""
-        import mujoco
-
-        J = np.empty((len(self.tips), 3, self.model.nv))
-        for rows, tip in zip(J, self.tips, strict=True):
-            mujoco.mj_jacSite(self.model, data, rows, None, tip)
-        return np.asarray(J.reshape(-1, self.model.nv)[:, self.hand_speeds] @ self.coupling)
 
 
 def object_alone(body: Body, settings: SimulationSettings) -> Any:
@@ -73,38 +68,31 @@ def world(body: Body, hand: Hand, command: Command, settings: SimulationSettings
 
 
 def assembled(body: Body, hand: Hand, command: Command, settings: SimulationSettings) -> Any:
-    """A `mujoco.MjSpec` with the hand's root link at the command's wrist pose.
+    """A `mujoco.MjSpec` with the hand's root link at the command's wrist pose, and a motor in each joint of its own.
 
-    The frame of the springs rises with the wrist, and is the world's before.
+    The control of a motor is a torque [N m]. They are in the order of the hand's `joint_names`.
     """
     import mujoco
 
     spec = empty_scene(body, settings)
     wrist = spec.worldbody.add_body(name=WRIST)
     wrist.add_joint(name=LIFT, type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, 0, 1], armature=ARM_INERTIA)
-    wrist.add_site(name=WRIST, group=HIDDEN)
     x, y, z, qx, qy, qz, qw = command.wrist
     frame = wrist.add_frame(pos=[x, y, z], quat=[qw, qx, qy, qz])
     spec.attach(articulation(hand, settings), frame=frame, prefix=HAND)
-    _actuate(spec, hand, command, settings)
+    for name in hand.joint_names:
+        _add_motor(spec, HAND + name)
     add_object(spec, body, settings)
     return spec
 
 
-def _actuate(spec: Any, hand: Hand, command: Command, settings: SimulationSettings) -> None:
-    """The actuators that the controller tells what to do, those of the setpoints first."""
-    joints = [HAND + name for name in hand.joint_names]
-    if settings.control == "position":
-        add_joint_springs(spec, joints, command.joint_stiffness, settings)
-        return
-    add_springs(spec, {finger.name: HAND + centre(finger.name) for finger in hand.fingers}, WRIST, command.gains)
-    if holds_posture(command, settings):
-        add_motors(spec, joints)
+def _add_motor(spec: Any, joint: str) -> None:
+    import mujoco
 
-
-def _coupling(hand: Hand) -> Array:
-    own = np.eye(len(hand.joint_names))
-    return np.array([*own, *(mimic.multiplier * own[mimic.joint] for mimic in hand.mimics)])
+    motor = spec.add_actuator(name=joint)
+    motor.trntype, motor.target, motor.gear[0] = mujoco.mjtTrn.mjTRN_JOINT, joint, 1.0
+    motor.gaintype, motor.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_NONE
+    motor.gainprm[0] = 1.0
 
 
 def _located(model: Any, hand: Hand) -> World:
@@ -117,8 +105,8 @@ def _located(model: Any, hand: Hand) -> World:
         model=model,
         hand_joints=np.array([int(joint.qposadr[0]) for joint in joints]),
         hand_speeds=np.array([int(joint.dofadr[0]) for joint in joints]),
-        coupling=_coupling(hand),
-        effort=np.array([model.jnt_actfrcrange[joint.id, 1] for joint in joints]),
+        effort=hand.effort,
+        root=model.body(HAND + hand.root).id,
         lift=int(model.joint(LIFT).dofadr[0]),
         tips=np.array([model.site(HAND + centre(finger.name)).id for finger in hand.fingers]),
         pad_links=model.geom_bodyid[pads],

@@ -105,15 +105,35 @@ def test_the_palm_begins_at_the_flange_and_its_fingers_continue_the_flanges_axis
         assert hand.arm.mount[2] + back == pytest.approx(0, abs=1e-6)
 
 
-def test_on_an_arm_a_hand_has_another_digest_for_each_arm_base_and_hand():
+def test_on_an_arm_a_hand_has_another_digest_for_each_arm_and_hand_but_none_for_a_base():
     hand, panda = load_hand("allegro_right"), load_arm("panda")
     moved = with_base(panda, [0.1, 0, 0, 0, 0, 0, 1])
     hands = [hand, on_arm(hand, panda), on_arm(hand, load_arm("ur5")), on_arm(hand, moved)]
-    assert len({one.digest for one in [*hands, on_arm(load_hand("allegro_left"), panda)]}) == 5
-    assert on_arm(hand, panda).digest == hands[1].digest
+    assert len({one.digest for one in [*hands, on_arm(load_hand("allegro_left"), panda)]}) == 4
+    assert hands[3].digest == hands[1].digest
     assert pickle.loads(pickle.dumps(hands[1])).arm.digest == hands[1].arm.digest
     with pytest.raises(InputError, match=r"'allegro_right' is on the arm 'panda' already"):
         on_arm(hands[1], panda)
+
+
+@pytest.mark.parametrize(
+    ("base", "pose"),
+    [
+        ([0.1, 0.2, 0.3], [0.1, 0.2, 0.3, 0, 0, 0, 1]),
+        ([0.1, 0.2, 0.3, 0, 0, 90], [0.1, 0.2, 0.3, 0, 0, np.sqrt(0.5), np.sqrt(0.5)]),
+        ([0.1, 0.2, 0.3, 0, 1, 0, 0], [0.1, 0.2, 0.3, 0, 1, 0, 0]),
+    ],
+)
+def test_a_hand_is_loaded_on_an_arm_that_stands_where_it_is_told(base, pose):
+    np.testing.assert_allclose(load_hand("allegro_left", arm="panda", arm_base=base).arm.base, pose, atol=1e-12)
+    assert load_hand("allegro_left", arm="panda", arm_base=base) is load_hand("allegro_left", "cover", "panda", base)
+
+
+def test_a_base_without_an_arm_and_one_of_no_known_length_are_refused():
+    with pytest.raises(InputError, match="the base of an arm is given, but no arm"):
+        load_hand("allegro_left", arm_base=[0, 0, 0])
+    with pytest.raises(InputError, match="told by 3, 6 or 7 numbers"):
+        load_hand("allegro_left", arm="panda", arm_base=[0, 0])
 
 
 def test_an_arm_whose_names_are_the_hands_is_refused(tmp_path: Path):

@@ -9,9 +9,7 @@ import pytest
 from scenes import SMALL, ellipsoid, hand
 
 from sgnlp import InputError, observe, solve
-from sgnlp.hand.kinematics import frames
 from sgnlp.planning.cautions import OF_CLOUDS, REMARKS, cautions, clouds, plans, remarks
-from sgnlp.planning.cautions.obstacles import in_the_way
 from sgnlp.planning.cautions.planned import Planned
 from sgnlp.planning.starts import starts
 
@@ -184,57 +182,6 @@ def test_a_scene_is_told_by_which_command_one_object_is_taken_out_of_it(result):
     assert clouds.plane(on_table, result).endswith("take one object out of it by `sgnlp cloud FILE`.")
     with pytest.raises(InputError, match=r"is it a whole scene. `sgnlp cloud FILE` takes one object out of a scene"):
         observe(np.vstack([CAN, moved(CAN, 0.6, 0, 0)]))
-
-
-# Obstacles ------------------------------------------------------------------------------------------------------------
-
-
-def among(result: Planned, points: object, number: int = 3) -> str:
-    """What is said of the hand among obstacle points."""
-    place = np.atleast_2d(np.array(points, float))
-    numbers = np.full(len(place), number)
-    return in_the_way(replace(result, cloud=replace(result.cloud, obstacle_points=place, obstacle=numbers)))
-
-
-def spheres(result: Planned, joints: str) -> np.ndarray:
-    """Centres of the hand's spheres at a stage of the first grasp."""
-    return frames(result.hand, result.grasps.wrist[0], getattr(result.grasps, joints)[0])[1]
-
-
-def test_obstacles_far_from_the_hand_and_no_obstacles_say_nothing(result):
-    assert in_the_way(result) == ""
-    assert among(result, [[1.0, 1.0, 0.1]]) == ""
-    assert among(result, np.zeros((0, 3))) == ""
-
-
-@pytest.mark.parametrize(("joints", "stage"), [("joints", "the pregrasp"), ("joints_contact", "first contact")])
-def test_a_sphere_near_an_obstacle_is_told_at_each_stage(result, joints, stage):
-    centres = spheres(result, joints)
-    i = int(centres[:, 2].argmax())  # from above, so that nothing is below
-    radius = result.hand.spheres[i].radius
-    over = centres[i] + radius * UP
-    high = replace(result, cloud=replace(result.cloud, table_height=result.cloud.table_height - 1.0))  # hangs
-    assert f"at {stage} {result.hand.spheres[i].name} is 3 mm from obstacle 3" in among(high, over + 0.003 * UP)
-    assert stage not in among(high, over + 0.006 * UP)
-
-
-def test_a_sphere_below_the_top_of_what_stands_is_inside_it_and_of_what_hangs_is_not(result):
-    centres = spheres(result, "joints")
-    low = int(centres[:, 2].argmin())
-    foot = [*centres[low, :2] + 0.5, result.cloud.table_height]  # which makes it stand
-    top = centres[low] + 0.3 * UP
-    name = result.hand.spheres[low].name
-    assert "is inside or below obstacle 3" in among(result, [top, foot])
-    assert among(result, [top]) == ""
-    assert name in [sphere.name for sphere in result.hand.spheres]
-
-
-def test_a_plan_says_what_is_in_the_way_first_among_the_cautions_of_grasps(result):
-    over = spheres(result, "joints")[0]
-    cloud = replace(result.cloud, obstacle_points=over[None], obstacle=np.array([0]))
-    told = [said for said in cautions(replace(result, cloud=cloud)) if "obstacles" in said]
-    assert len(told) == 1
-    assert "what is around the object" in told[0]
 
 
 # Plans ----------------------------------------------------------------------------------------------------------------

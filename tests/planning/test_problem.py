@@ -137,6 +137,8 @@ def test_every_parameter_is_the_setting_of_its_name(problem, nlp):
         "table": observation().table_height,
         "ball_centre": problem.gpis.centre,
         "ball_radius": problem.gpis.radius,
+        "standoff": s.motion.standoff,
+        "lift": s.motion.lift,
         "distance": s.smoothing.distance,
         "collision": s.smoothing.collision,
         "log_width": s.smoothing.log,

@@ -6,11 +6,12 @@ from functools import cache
 import casadi as ca
 import numpy as np
 import pytest
-from scenes import REACHING, SMALL, exact_grasp, hand, oracle, posed, random_point, random_rotation, with_added
+from scenes import CROWD, REACHING, SMALL, exact_grasp, hand, oracle, posed, random_point, random_rotation, with_added
 
 from sgnlp.base.settings import Contact, Settings
 from sgnlp.hand.hand import Hand
 from sgnlp.planning.recompute import equilibrium, rotation_angle
+from sgnlp.program.carried import Carried
 from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.lifting import Lifting
@@ -39,7 +40,9 @@ def symbolic_grasp(settings: Settings, other: Hand | None = None) -> tuple[ca.Fu
     symbols = {f.name: getattr(model.grasp, f.name) for f in fields(Grasp)}
     symbols |= {f"links.{name}": origin for name, origin in model.grasp.links.items()}
     symbols = {name: value for name, value in symbols.items() if isinstance(value, ca.SX)}
-    return ca.Function("grasp", [chain.x, p, *model.jets], chain.value(list(symbols.values()))), list(symbols)
+    return ca.Function("grasp", [chain.x, p, *model.jets, model.field_jets], chain.value(list(symbols.values()))), list(
+        symbols
+    )
 
 
 def both(settings: Settings, seed: int) -> tuple[dict[str, np.ndarray], Grasp]:
@@ -121,7 +124,7 @@ def test_with_unequal_pads_the_numpy_grasp_still_equals_the_symbolic_one():
     start, x = random_point(problem, functions.nlp, 2)
     p = problem.parameters(functions.nlp, start.wrist, start.joints)
     f, names = symbolic_grasp(LOADED, unequal())
-    jets = SurfaceJets(functions.surface, complete=True)(functions.nlp.points(x, p)[0], PADS)
+    jets = SurfaceJets(functions.surface, complete=True)(functions.nlp.points(x, p)[0], PADS, np.empty((0, 3)))
     smooth = dict(zip(names, f(x, p, *jets), strict=True))
     exact = exact_grasp(replace(problem, hand=unequal()), start, x)
     for name in ("path_gaps", "gaps", "pad_heights", "contact_heights", "contact_heights_eq"):
@@ -205,3 +208,24 @@ def test_the_rotation_angle_is_accurate_from_zero_to_a_half_turn(angle):
     c, s = np.cos(angle), np.sin(angle)
     R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
     assert rotation_angle(R) == pytest.approx(angle, rel=1e-6, abs=1e-12)
+
+
+@pytest.mark.parametrize("arm", ["panda", "ur10"])
+def test_the_numpy_arm_equals_the_symbolic_one(arm):
+    functions, problem = oracle(REACHING, "constrained", CROWD, arm), posed(REACHING, CROWD, arm)
+    start, x = random_point(problem, functions.nlp, 3)
+    p = problem.parameters(functions.nlp, start.wrist, start.joints)
+    x = with_added(functions, x, p, problem.row_bounds(functions.nlp))
+    x[-2 * len(problem.hand.arm.joint_names) :] += 0.1  # the ends of the way; the flange holds the palm at its begin
+    chain = Lifting(ca.SX.sym("x", len(x)))
+    symbols, blocks = functions.nlp.parameters.symbols()
+    model = Model(problem.hand, functions.nlp.structure, chain, blocks, functions.nlp.units)
+    smooth = {f.name: getattr(model.grasp.arm, f.name) for f in fields(Carried) if f.name != "home"}
+    f = ca.Function("arm", [chain.x, symbols, *model.jets, model.field_jets], chain.value(list(smooth.values())))
+    found = f(x, p, *SurfaceJets(functions.surface, complete=True)(*functions.nlp.points(x, p)))
+    exact = exact_grasp(problem, start, x).arm
+    for name, value in zip(smooth, found, strict=True):
+        rounded = {"clearances": 1e-3, "wrist_error": 2e-3, "standoff_error": 2e-3, "lift_error": 2e-3}  # edges; tan
+        np.testing.assert_allclose(
+            np.array(value).ravel(), np.ravel(getattr(exact, name)), atol=rounded.get(name, 1e-6), err_msg=name
+        )

@@ -6,17 +6,33 @@ import casadi as ca
 import numpy as np
 import pytest
 from finite_differences import assert_jacobian, jacobian
-from scenes import REACHING, SMALL, block, exact_grasp, hand, oracle, posed, random_point, with_added
+from scenes import (
+    CROWD,
+    REACHING,
+    SMALL,
+    block,
+    exact_grasp,
+    hand,
+    observation,
+    oracle,
+    posed,
+    random_point,
+    with_added,
+)
 
 from sgnlp.base.settings import Contact, Settings, Weights
 from sgnlp.base.surface_settings import GpisSettings
 from sgnlp.experiments.benchmarks.plain import plain, plain_hessian
+from sgnlp.hand.hand import load_hand
+from sgnlp.planning.problem import build_problem
+from sgnlp.planning.surroundings import NOWHERE, Surroundings
 from sgnlp.program.formulations import formulation
 from sgnlp.program.nlp import build
 from sgnlp.program.oracle import Oracle
 from sgnlp.program.variables import UNITS, variable_units
 from sgnlp.surface.kernels import KERNELS
 
+CONSTRAINED = formulation("constrained")
 FORMULATIONS = ("penalty", "constrained", "lifted")
 EVERY_TERM = Weights(**{field.name: getattr(Weights(), field.name) or 50.0 for field in fields(Weights)})
 LOADED = replace(SMALL, spheres="paper", contact=Contact(mass=0.2, friction=0.7, samples=3), weights=EVERY_TERM)
@@ -31,9 +47,9 @@ def with_kernel(settings: Settings, kernel: str, surface_points: int = 60) -> Se
     return replace(settings, gpis=GpisSettings(kernel=kernel, surface_points=surface_points, interior_points=12))
 
 
-def scene(settings: Settings, form: str, seed: int = 0):
+def scene(settings: Settings, form: str, seed: int = 0, around: Surroundings = NOWHERE, arm: str | None = None):
     """The functions, a point near a start, its parameters with a weight on every term, random multipliers."""
-    functions, problem = oracle(settings, form), posed(settings)
+    functions, problem = oracle(settings, form, around, arm), posed(settings, around, arm)
     start, x = random_point(problem, functions.nlp, seed)
     p = problem.parameters(functions.nlp, start.wrist, start.joints)
     x = with_added(functions, x, p, problem.row_bounds(functions.nlp))
@@ -65,6 +81,30 @@ def test_the_derivatives_of_desired_motion_and_of_force_closure_match_difference
 @pytest.mark.parametrize("form", ["constrained", "lifted"])
 def test_the_derivatives_of_the_hand_at_contact_match_differences(form):
     check(*scene(REACHING, form, seed=5))
+
+
+@pytest.mark.parametrize(("settings", "form"), [(LOADED, "penalty"), (REACHING, "constrained"), (LOADED, "lifted")])
+def test_the_derivatives_of_obstacles_and_regions_match_differences(settings, form):
+    check(*scene(replace(settings, spheres="paper"), form, 6, CROWD))
+
+
+@pytest.mark.parametrize(("form", "arm"), [("penalty", "panda"), ("constrained", "ur5"), ("lifted", "panda")])
+def test_the_derivatives_of_the_arm_match_differences(form, arm):
+    check(*scene(replace(REACHING, spheres="paper"), form, 7, CROWD, arm))
+
+
+def test_where_an_arm_stands_is_no_part_of_the_program():
+    here, there = (load_hand("allegro_left", arm="panda", arm_base=base) for base in ([-0.5, 0, 0], [0, 0.6, 0.1]))
+    assert here.digest == there.digest
+    p = [build_problem(observation(), robot, SMALL) for robot in (here, there)]
+    assert p[0].structure(CONSTRAINED) == p[1].structure(CONSTRAINED)
+
+
+def test_a_scene_is_no_part_of_the_program():
+    other = replace(CROWD, obstacles=CROWD.obstacles[:1], avoid=CROWD.obstacles)
+    settings = replace(LOADED, spheres="paper")
+    assert posed(settings, other).structure(CONSTRAINED) == posed(settings, CROWD).structure(CONSTRAINED)
+    assert posed(settings).structure(CONSTRAINED) != posed(settings, CROWD).structure(CONSTRAINED)
 
 
 def test_the_variables_at_contact_are_c_of_each_finger_and_then_the_joints():

@@ -8,10 +8,10 @@ import pytest
 from grips import box, faces, grip
 from readings import turn
 
+from sgnlp.control.command import Command
 from sgnlp.hand.hand import load_hand
 from sgnlp.hand.kinematics import frames
 from sgnlp.simulation import SimulationSettings
-from sgnlp.simulation.command import Command
 from sgnlp.simulation.displacement import displaced, erred
 
 LEFT = load_hand("allegro_left")

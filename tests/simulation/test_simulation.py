@@ -163,6 +163,8 @@ def test_the_torques_are_those_of_the_impedance_control():
     for _ in zip(range(5), run.close(), strict=False):
         pass
     model, data, n = run.world.model, run.data, len(HAND_LEFT.joint_names)
+    mujoco.mj_fwdPosition(model, data)
+    run.act()
     mujoco.mj_forward(model, data)
     speed = np.array([data.qvel[model.joint(HAND + name).dofadr[0]] for name in HAND_LEFT.joint_names])
     torque = np.array([data.qfrc_actuator[model.joint(HAND + name).dofadr[0]] for name in HAND_LEFT.joint_names])

@@ -6,7 +6,7 @@ A caution returns a sentence, or "" where there is no reason for one.
 from collections.abc import Callable
 
 from sgnlp.perception.observation import Observation
-from sgnlp.planning.cautions import clouds, obstacles, plans
+from sgnlp.planning.cautions import clouds, plans
 from sgnlp.planning.cautions.planned import Planned
 
 OfCloud = Callable[[Observation, Planned], str]
@@ -28,7 +28,6 @@ OF_PLANS: tuple[OfPlan, ...] = (
     plans.no_feasible,
     plans.stopped,
     plans.unsolved,
-    obstacles.in_the_way,
     plans.beside,
     plans.unseen_contacts,
     plans.uncertain_contacts,

@@ -1,29 +1,34 @@
-"""An arm that carries the hand along a path: inverse kinematics continued from pose to pose."""
+"""An arm that carries the hand along a straight path whose two ends are planned: inverse kinematics in between.
+
+Every pose is reached from the joints at its share of the way between those of the ends, so that the arm neither drifts
+nor flips where the ends belong together.
+"""
 
 import numpy as np
+import pinocchio as pin
 
 from sgnlp.base.arrays import Array
 from sgnlp.hand.arm import Arm
 from sgnlp.hand.arm_inverse import reach
+from sgnlp.hand.arm_kinematics import wrist_pose
 from sgnlp.planning.motion.timing import seconds
+from sgnlp.program.carried import LEVER
 
-LEVER = 0.1
-"""What an angle counts as [m/rad]: a fingertip is so far from the hand's root link."""
 LAG = 10.0
 """A path takes at most so many times what the wrist's speed asks for. An arm that needs longer is near a singularity,
 and the check of its speed tells."""
 
 
-def followed(arm: Arm, begin: Array, poses: Array) -> tuple[Array, Array]:
-    """Joints (K, a) within the limits for wrist poses (K, 7), each found from those before it, the first from `begin`.
+def followed(arm: Arm, begin: Array, end: Array, s: Array, poses: Array) -> tuple[Array, Array]:
+    """Joints (K, a) within the limits for wrist poses (K, 7) at shares s (K,) of the way; `begin` and `end` (a,) stay.
 
     Beside them how far (K,) [m] the wrist is off each pose; angles count by `LEVER`.
     """
-    joints, errors = np.empty((len(poses), len(begin))), np.empty(len(poses))
-    for k, pose in enumerate(poses):
-        begin, error = reach(arm, pose, begin)
-        joints[k], errors[k] = begin, max(error[0], LEVER * error[1])
-    return joints, errors
+    joints = begin + s[:, None] * (end - begin)
+    for k in np.flatnonzero((s > 0) & (s < 1)):
+        joints[k], _ = reach(arm, poses[k], joints[k])
+    joints[s == 1] = end
+    return joints, np.array([_off(arm, q, pose) for q, pose in zip(joints, poses, strict=True)])
 
 
 def path_seconds(arm: Arm, joints: Array, share: float, least: float) -> float:
@@ -33,3 +38,9 @@ def path_seconds(arm: Arm, joints: Array, share: float, least: float) -> float:
     """
     rates = np.abs(np.diff(joints, axis=0)).max(axis=0) * (len(joints) - 1)
     return min(seconds(rates, share * arm.velocity, least), LAG * least)
+
+
+def _off(arm: Arm, joints: Array, pose: Array) -> float:
+    found, wanted = pin.XYZQUATToSE3(wrist_pose(arm, joints)), pin.XYZQUATToSE3(np.asarray(pose, float))
+    turn = float(np.linalg.norm(pin.log3(found.rotation @ wanted.rotation.T)))
+    return max(float(np.linalg.norm(found.translation - wanted.translation)), LEVER * turn)

@@ -50,8 +50,8 @@ class _Corner(NamedTuple):
     setpoints: Array
 
 
-def way(problem: Problem, grasps: Grasps, rank: int, arm_joints: Array) -> Way:
-    """The samples of a grasp; `arm_joints` (a,) are those at the pregrasp, empty without an arm."""
+def way(problem: Problem, grasps: Grasps, rank: int) -> Way:
+    """The samples of a grasp."""
     motion, wrist = problem.settings.motion, grasps.wrist[rank]
     back = -motion.standoff * (pin.XYZQUATToSE3(wrist).rotation @ problem.hand.palm)
     up = motion.lift * UP
@@ -60,18 +60,21 @@ def way(problem: Problem, grasps: Grasps, rank: int, arm_joints: Array) -> Way:
     press = _Corner(wrist, grasps.joints_squeeze[rank], grasps.targets[rank])
     corners = (_shifted(pregrasp, back), pregrasp, touch, press, _shifted(press, up))
     close, squeeze = _closing_seconds(problem, grasps, rank)
+    planned, standoff, lifted = grasps.arm[rank]
+    ends = {APPROACH: (standoff, planned), CLOSE: (planned, planned), SQUEEZE: (planned, planned)}
+    ends[LIFT] = planned, lifted
     lasting = {
-        APPROACH: _path_seconds(problem, arm_joints, wrist, back),
+        APPROACH: _path_seconds(problem, ends[APPROACH], corners[0].wrist, wrist),
         CLOSE: close,
         SQUEEZE: squeeze,
-        LIFT: _path_seconds(problem, arm_joints, wrist, up),
+        LIFT: _path_seconds(problem, ends[LIFT], wrist, corners[-1].wrist),
     }
     parts: list[tuple[Array, ...]] = []
     phase: list[str] = []
     for name, begin, end in zip(PHASES, corners, corners[1:], strict=False):
         s = shares(lasting[name], motion.step)[0 if not parts else 1 :]  # where phases meet there is one sample
         wrists, joints, setpoints = (_between(low, high, s) for low, high in zip(begin, end, strict=True))
-        parts.append((wrists, joints, setpoints, *_carried(problem.hand.arm, arm_joints, name, wrists)))
+        parts.append((wrists, joints, setpoints, *_carried(problem.hand.arm, ends[name], s, wrists)))
         phase += [name] * len(s)
     wrists, joints, setpoints, arm, off = (np.concatenate(column) for column in zip(*parts, strict=True))
     return Way(motion.step * np.arange(float(len(phase))), np.array(phase), wrists, joints, arm, setpoints, off)
@@ -100,25 +103,18 @@ def _closing_seconds(problem: Problem, grasps: Grasps, rank: int) -> tuple[float
     return close, seconds(grasps.joints_squeeze[rank] - touch, limits, (1 - share) * whole)
 
 
-def _path_seconds(problem: Problem, arm_joints: Array, wrist: Array, by: Array) -> float:
-    """How long the wrist takes between its pose (7,) at the pregrasp and that shifted `by` (3,) [m]."""
+def _path_seconds(problem: Problem, ends: tuple[Array, Array], begin: Array, end: Array) -> float:
+    """How long the wrist takes from a pose (7,) to one that is not turned, on an arm with joints (a,) at both."""
     motion, arm = problem.settings.motion, problem.hand.arm
-    least = seconds(np.array([np.linalg.norm(by)]), np.array([motion.speed]))
+    least = seconds(np.array([np.linalg.norm((end - begin)[:3])]), np.array([motion.speed]))
     if arm is None:
         return least
-    poses = _between(wrist, _moved(wrist, by), np.linspace(0.0, 1.0, GRID))
-    return path_seconds(arm, followed(arm, arm_joints, poses)[0], motion.speed_share, least)
+    s = np.linspace(0.0, 1.0, GRID)
+    return path_seconds(arm, followed(arm, *ends, s, _between(begin, end, s))[0], motion.speed_share, least)
 
 
-def _carried(arm: Arm | None, planned: Array, phase: str, wrists: Array) -> tuple[Array, Array]:
-    """The arm's joints (K, a) and errors (K,) for wrist poses (K, 7), from the pregrasp on, where they are as planned.
-
-    The approach is followed from its end.
-    """
-    if arm is None or phase in (CLOSE, SQUEEZE):
-        return np.repeat(planned[None], len(wrists), axis=0), np.zeros(len(wrists))
-    order = -1 if phase == APPROACH else 1
-    joints, off = (found[::order] for found in followed(arm, planned, wrists[::order]))
-    if phase == APPROACH:
-        joints[-1], off[-1] = planned, 0.0
-    return joints, off
+def _carried(arm: Arm | None, ends: tuple[Array, Array], s: Array, wrists: Array) -> tuple[Array, Array]:
+    """The arm's joints (K, a) and errors (K,) for wrist poses (K, 7) at shares s (K,) of the way between `ends`."""
+    if arm is None:
+        return np.empty((len(s), 0)), np.zeros(len(s))
+    return followed(arm, *ends, s, wrists)

@@ -3,11 +3,12 @@
 from dataclasses import replace
 
 from sgnlp.base.settings import Settings
+from sgnlp.program.around import ALONE, Around
 from sgnlp.program.terms.barrier import Stability
 from sgnlp.program.terms.closure import Closure, Deviation
 from sgnlp.program.terms.collision import Collision
 from sgnlp.program.terms.contact import Distance, Targets, Uncertainty
-from sgnlp.program.terms.regularisation import Closing, Gains, Joints, Motion, Pose
+from sgnlp.program.terms.regularisation import Arm, Closing, Gains, Joints, Motion, Pose
 from sgnlp.program.terms.spring import Force, Spring
 from sgnlp.program.terms.term import Term
 
@@ -31,10 +32,14 @@ CLOSURE: tuple[Term, ...] = (Distance(), Collision(), Joints(), Closure(), Devia
 __all__ = ["CLOSURE", "COMPLIANT", "Term", "preset_terms"]
 
 
-def preset_terms(settings: Settings) -> tuple[Term, ...]:
-    """The built-in terms that settings ask for, with their weights; E_pose takes the place of the motion's penalty."""
+def preset_terms(settings: Settings, around: Around = ALONE) -> tuple[Term, ...]:
+    """The built-in terms that settings ask for, with their weights; E_pose takes the place of the motion's penalty.
+
+    E_arm is there where an arm carries the hand.
+    """
     terms = COMPLIANT if settings.contact.metric == "spring" else CLOSURE
     terms += (Closing(),) if settings.closing.planned else ()
+    terms += (Arm(),) if around.carried else ()
     moved = settings.weights.pose > 0
     weights = {t: 0.0 if moved and isinstance(t, Motion) else getattr(settings.weights, t.setting) for t in terms}
     return tuple(replace(term, weight=weight) for term, weight in weights.items())

@@ -26,4 +26,6 @@ class Collision(Term):
         clearances = [*hand, g.pad_clearances, g.pad_heights]
         if g.obstacle_clearances.shape[0]:
             clearances += [g.obstacle_clearances, g.obstacle_clearances_contact, g.obstacle_clearances_approach]
+        if g.arm is not None:
+            clearances += [g.arm.clearances, g.arm.pair_clearances]
         return SLOPE * sum(op.sum(op.hinge(-clearance)) for clearance in clearances)

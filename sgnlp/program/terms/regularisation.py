@@ -41,6 +41,18 @@ class Closing(Term):
         return op.square(g.joints_contact - g.joints)
 
 
+class Arm(Term):
+    """E_arm = |q - q_home|² + |q_s - q|² + |q_l - q|²: of all postures of an arm, one near home that moves little."""
+
+    name = setting = "arm"
+    about = "arm near its home, and moving little"
+
+    def value(self, g: Grasp, op: Ops) -> Any:
+        """In rad²."""
+        arm = g.arm
+        return sum(op.square(d) for d in (arm.joints - arm.home, arm.standoff - arm.joints, arm.lift - arm.joints))
+
+
 class Motion(Term):
     """Second half of E_reg: Σ |p_i - p_i(eq)|². Replaced by E_pose where that has a weight."""
 

@@ -1,14 +1,14 @@
 """A grasp as the commands that a robot gets."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
+from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
-from sgnlp.planning.grasps import Grasps
-
-Array = NDArray[np.float64]
+from sgnlp.hand.hand import Hand
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +31,8 @@ class Command:
     translation_eq: Array | None = None  # (3,) [m]
 
 
-def command(grasps: Grasps, index: int = 0) -> Command:
-    """The grasp of that rank, 0 the best."""
+def command(grasps: Any, index: int = 0) -> Command:
+    """The grasp of that rank, 0 the best, of `sgnlp.Grasps`: arrays with a row a grasp, and `meta`."""
     closing = Settings.restored(grasps.meta["settings"]).closing
     names = ("wrist", "joints", "targets", "gains", "contacts_eq", "forces_eq", "rotation_eq", "translation_eq")
     return Command(
@@ -42,3 +42,17 @@ def command(grasps: Grasps, index: int = 0) -> Command:
         posture=closing.posture,
         joint_stiffness=closing.joint_stiffness,
     )
+
+
+def check(command: Command, hand: Hand) -> None:
+    """Raise `InputError` naming the first array of a command that does not fit the hand or is not finite."""
+    n, m = len(hand.joint_names), len(hand.fingers)
+    shapes = {"wrist": (7,), "joints": (n,), "tips": (m, 3), "targets": (m, 3), "gains": (m,)}
+    planned = {"joints_contact": (n,), "joints_squeeze": (n,)}
+    shapes |= {name: shape for name, shape in planned.items() if getattr(command, name) is not None}
+    for name, shape in shapes.items():
+        array = np.asarray(getattr(command, name))
+        if array.shape != shape or not np.isfinite(array).all():
+            raise InputError(f"the grasp's {name} must be {shape} finite numbers for '{hand.name}', not {array.shape}")
+    if np.min(command.gains) <= 0:
+        raise InputError("the grasp's gains must be positive")

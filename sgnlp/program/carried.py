@@ -1,0 +1,131 @@
+"""The arm that carries the hand: its joints at the pregrasp, at the stand-off, and with the object lifted.
+
+    FK(q) = (R, p),   FK(q_s) = (R, p - l R a),   FK(q_l) = (R, p + h e_z)
+
+(R, p) is the wrist, the pose of the hand's root link, a the direction that the palm looks in, l the stand-off, h the
+lift. The joints are variables beside the wrist's coordinates, and these are rows: so nothing of the grasp becomes a
+longer expression for the arm. The arm stands still while the fingers close: its pregrasp is its first contact.
+"""
+
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pinocchio as pin
+
+from sgnlp.hand.arm import Arm
+from sgnlp.hand.arm_kinematics import arm_forward, log_manipulability, manipulability
+from sgnlp.hand.hand import Hand
+from sgnlp.hand.kinematics import Frames, quaternion_matrix
+from sgnlp.hand.model import coordinates
+from sgnlp.program import equilibrium
+from sgnlp.program.lifting import Lifting
+
+ORIGIN = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+UNIT = 0.2
+"""[rad] of the scaled variables: the arm then moves the hand by 10 cm."""
+LEVER = 0.1
+"""[m] A turn of the hand's root link by 1 rad counts as this much of its place: that of a fingertip on its finger."""
+POSTURES = 3
+"""At the pregrasp, at the stand-off, and when the object is lifted."""
+BETWEEN = 2
+"""Fewest joints between a link and the flange for the hand to come near the link."""
+
+
+@dataclass(frozen=True)
+class Carried:
+    """An arm of a joints with A spheres that can come down to the table, F of them far enough for the hand."""
+
+    joints: Any  # (a,) [rad] at the pregrasp and at first contact
+    standoff: Any  # (a,) [rad]
+    lift: Any  # (a,) [rad]
+    home: Any  # (a,) [rad]
+    clearances: Any  # (3 A,) [m] from obstacles, table and object, posture by posture
+    pair_clearances: Any  # (P,) [m] between the arm's own spheres
+    hand_clearances: Any  # (H F,) [m] between the far ones and, one after the other, the spheres of the palm
+    wrist_error: Any  # (6,) [m] place and turn of the flange's hand at the pregrasp, off the wrist
+    standoff_error: Any  # (6,) [m] place and turn at the stand-off, off the straight way
+    lift_error: Any  # (6,) [m]
+    dexterity: Any  # () log of the manipulability over that at home
+
+
+def free_spheres(arm: Arm) -> list[int]:
+    """Indices of the A spheres that can come down to the table."""
+    return list(arm.table_spheres)
+
+
+def far_spheres(arm: Arm) -> list[int]:
+    """Indices of the F free spheres on links with joints enough between them and the hand."""
+    most = len(arm.joint_names) - BETWEEN
+    links = [arm.model.getFrameId(s.link, pin.FrameType.BODY) for s in arm.spheres]
+    return [i for i in free_spheres(arm) if len(coordinates(arm.model, links[i])) <= most]
+
+
+def near_spheres(hand: Hand) -> list[int]:
+    """Indices of the H spheres of a hand that stand for it where it may meet its own arm: those of the palm."""
+    return [i for i, s in enumerate(hand.spheres) if s.link == hand.root]
+
+
+class ArmModel:
+    """The symbolic arm of a hand on one, for variables x that begin with its own, in rad.
+
+    `spheres` (3 A, 3) [m] are the free ones, posture by posture.
+    """
+
+    def __init__(self, hand: Hand, lifting: Lifting, par: SimpleNamespace, frames: Frames, x: ca.SX):
+        assert hand.arm is not None
+        self._arm, self._hand, self._wrist = hand.arm, hand, frames
+        self._bare = replace(hand.arm, base=ORIGIN)  # the base is a parameter: no scene needs a program of its own
+        self._base = quaternion_matrix(par.base[3:]), par.base[:3]
+        self._joints = ca.vertsplit(x[: POSTURES * len(hand.arm.joint_names)], len(hand.arm.joint_names))
+        self._places = [self._placed(q) for q in self._joints]
+        self._count, (R, p, _) = len(hand.arm.spheres), self._places[0]
+        palm = [(p + R @ ca.SX(hand.spheres[i].centre)).T for i in near_spheres(hand)]  # rigid with the flange
+        self._spheres = lifting.lift("arm", ca.vertcat(*[s for _, _, s in self._places], *palm))
+        free = free_spheres(hand.arm)
+        self.spheres = ca.vertcat(*[self._spheres[[k * self._count + i for i in free], :] for k in range(POSTURES)])
+
+    def state(self, par: SimpleNamespace, distances: ca.SX) -> Carried:
+        """The arm, with the distances (3 A,) [m] of its spheres to what stands around."""
+        arm, s = self._arm, self._spheres[: self._count, :]
+        radii = np.array([sphere.radius for sphere in arm.spheres])
+        first, second = [i for i, _ in arm.pairs], [j for _, j in arm.pairs]
+        far, near = far_spheres(arm), near_spheres(self._hand)
+        ahead, up = self._wrist.rotation @ ca.SX(self._hand.palm), ca.vertcat(0, 0, par.lift)
+        goals = [self._wrist.position + by for by in (ca.SX(3, 1), -par.standoff * ahead, up)]
+        errors = [self._error(R, p, goal) for (R, p, _), goal in zip(self._places, goals, strict=True)]
+        palm = self._spheres[POSTURES * self._count :, :]
+        gaps = [
+            _lengths(s[far, :] - ca.repmat(palm[k, :], len(far), 1)) - radii[far] - self._hand.spheres[i].radius
+            for k, i in enumerate(near)
+        ]
+        return Carried(
+            joints=self._joints[0],
+            standoff=self._joints[1],
+            lift=self._joints[2],
+            home=arm.home,
+            clearances=distances - np.tile(radii[free_spheres(arm)], POSTURES),
+            pair_clearances=_lengths(s[first, :] - s[second, :]) - radii[first] - radii[second],
+            hand_clearances=ca.vertcat(*gaps),
+            wrist_error=errors[0],
+            standoff_error=errors[1],
+            lift_error=errors[2],
+            dexterity=log_manipulability(arm, self._joints[0]) - float(np.log(manipulability(arm, arm.home))),
+        )
+
+    def _placed(self, q: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """Rotation and position of the hand's root link and all spheres in the world."""
+        R, p, s = arm_forward(self._bare, q)
+        turn, shift = self._base
+        return turn @ R, turn @ p + shift, s @ turn.T + ca.repmat(shift.T, s.shape[0], 1)
+
+    def _error(self, R: ca.SX, p: ca.SX, goal: ca.SX) -> ca.SX:
+        """Place and turn (6,) [m] off the wrist turned alike at a goal: of a small turn θ the latter is LEVER θ."""
+        turn = equilibrium.gibbs_vector(R @ self._wrist.rotation.T)
+        return ca.vertcat(p - goal, 2 * LEVER * turn)
+
+
+def _lengths(rows: ca.SX) -> ca.SX:
+    return ca.sqrt(ca.sum2(rows**2))

@@ -1,0 +1,89 @@
+"""Shapes in YAML files: what each entry means, and which files are refused."""
+
+import numpy as np
+import pytest
+
+from sgnlp.base.errors import InputError
+from sgnlp.planning.shape_files import load_shapes, painted
+from sgnlp.planning.surroundings import NOWHERE, Surroundings
+
+SHAPES = """
+- {name: crate, box: [0.2, 0.4, 0.1], position: [0.3, 0, 0.05], euler_deg: [0, 0, 90]}
+- {sphere: 0.04, position: [0.1, 0.2, 0.04]}
+- {cylinder: {radius: 0.03, height: 0.2}, position: [0, 0.15, 0.1]}
+- {half_space: {normal: [1, 0, 0]}, position: [-0.3, 0, 0]}
+- {points: marked.npz, radius: 0.01}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    np.savez(tmp_path / "marked.npz", points=np.array([[0.5, 0.0, 0.0], [0.5, 0.1, 0.0]]))
+    (tmp_path / "shapes.yaml").write_text(SHAPES)
+    return tmp_path
+
+
+def test_each_kind_of_shape_is_read_where_it_stands(folder):
+    crate, ball, tube, half, *marks = load_shapes(folder / "shapes.yaml")
+    at = np.array([[0.51, 0.0, 0.05], [0.1, 0.2, 0.1], [0.0, 0.2, 0.1], [-0.2, 5.0, 1.0], [0.5, 0.0, 0.03]])
+    found = [s.distance(p[None])[0] for s, p in zip((crate, ball, tube, half, marks[0]), at, strict=True)]
+    np.testing.assert_allclose(found, [0.01, 0.02, 0.02, 0.1, 0.02], atol=1e-9)
+    assert [s.name for s in (crate, ball, tube, half, *marks)] == [
+        "crate", "sphere", "cylinder", "half-space", "points", "points"
+    ]  # fmt: skip
+
+
+def test_a_file_of_one_shape_needs_no_list(folder):
+    (folder / "one.yaml").write_text("{box: [1, 1, 1], position: [0, 0, 0]}")
+    assert len(load_shapes(folder / "one.yaml")) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "the file must be a list|holds no shape"),
+        ("- {box: [1, 1, 1]}", "shape 1: the key 'position' is missing"),
+        ("- {box: [1, 1], position: [0, 0, 0]}", "box of shape 1 must be 3 finite numbers"),
+        ("- {box: [1, 1, -1], position: [0, 0, 0]}", "the size of 'box' must be three positive"),
+        ("- {position: [0, 0, 0]}", "shape 1 must have one of box, sphere, cylinder, half_space, points, not none"),
+        ("- {box: [1, 1, 1], sphere: 1, position: [0, 0, 0]}", "not box and sphere"),
+        ("- {sphere: 0.1, position: [0, 0, 0], colour: red}", "unknown key in shape 1 'colour'"),
+        ("- {sphere: -0.1, position: [0, 0, 0]}", "sphere of shape 1 must be positive"),
+        ("- {cylinder: {radius: 0.1}, position: [0, 0, 0]}", "the key 'height' is missing"),
+        ("- {points: none.npz}", "holds no array 'points'"),
+        ("- [1, 2]", "shape 1 must be a mapping"),
+        ("box: [", "is not YAML"),
+    ],
+)
+def test_a_wrong_file_is_refused_in_one_line(tmp_path, text, said):
+    file = tmp_path / "wrong.yaml"
+    file.write_text(text)
+    with pytest.raises(InputError, match=said) as error:
+        load_shapes(file)
+    assert str(error.value).startswith(f"{file}: ")
+    assert "\n" not in str(error.value)
+
+
+def test_a_file_that_is_not_there_is_refused(tmp_path):
+    with pytest.raises(InputError, match="cannot be read: No such file"):
+        load_shapes(tmp_path / "none.yaml")
+
+
+@pytest.mark.parametrize("points", [np.empty((0, 3)), np.zeros(3), np.full((2, 3), np.nan), np.zeros((6000, 3))])
+def test_marked_points_must_be_some_points(points):
+    with pytest.raises(InputError, match="must be 1 to 5000 finite points"):
+        painted(points, 0.01)
+
+
+def test_surroundings_are_the_same_after_json(folder):
+    import json
+
+    shapes = load_shapes(folder / "shapes.yaml")
+    told = json.loads(json.dumps(Surroundings(shapes, shapes[:1], shapes[1:2]).plain()))
+    back = Surroundings.restored(told)
+    P = np.random.default_rng(0).uniform(-1, 1, (30, 3))
+    for before, after in zip(shapes, back.obstacles, strict=True):
+        np.testing.assert_array_equal(before.distance(P), after.distance(P))
+        assert before.name == after.name
+    assert (len(back.avoid), len(back.touch)) == (1, 1)
+    assert Surroundings.restored({}).plain() == NOWHERE.plain()
