@@ -13,6 +13,8 @@ from plans import small_plan
 
 from sgnlp.base import palette
 from sgnlp.cli import run
+from sgnlp.hand.arm import load_arm
+from sgnlp.hand.hand import on_arm
 from sgnlp.hand.meshes import link_poses
 from sgnlp.perception.shape import FAR, Shape
 from sgnlp.planning import results
@@ -22,7 +24,7 @@ from sgnlp.show import png, web_page
 from sgnlp.show.scene import scene
 from sgnlp.show.scene_around import around
 from sgnlp.show.scene_motion import MOST, carried, chosen, frames
-from sgnlp.show.scene_parts import AVOID, OBSTACLES, TOUCH, Frame, Scene, Stage, View
+from sgnlp.show.scene_parts import ARM, AVOID, OBSTACLES, TOUCH, Frame, Scene, Stage, View
 from sgnlp.show.scene_parts import Shape as Drawn
 
 MIDDLE = np.array([0.0, 0.0, 0.04])
@@ -72,6 +74,21 @@ def test_the_object_goes_to_its_equilibrium_in_the_squeeze_and_up_with_the_hand(
     np.testing.assert_allclose(at(made.last(LIFT)), settled + np.array([0, 0, 0.1]), atol=1e-12)
     half = (made.last(CLOSE) + made.last(SQUEEZE)) // 2
     assert 0 < np.abs(at(half) - points).max() < np.abs(settled - points).max()
+
+
+def test_an_arm_is_drawn_where_its_joints_have_it_and_carries_the_hand():
+    plan = small_plan()
+    hand = on_arm(plan.problem.hand, load_arm("panda"))
+    q, g = hand.arm.home, plan.arrays()
+    grasps = replace(g, arm=np.tile(q, (len(g), 3, 1)), arm_joint_names=np.array(hand.arm.joint_names))
+    motion = replace(plan.motion, arm=np.tile(q, (len(plan.motion), 1)))
+    found = scene(grasps, hand, None, np.zeros((0, 3)), (), motion)
+    expected = link_poses(hand.arm, hand.arm.base, q)
+    for links in (found.views[0].links, found.views[0].frames[3].links):
+        assert len(links) == len(found.links)
+        np.testing.assert_array_equal(links[-len(expected) :], expected)
+    assert [link.layer for link in found.links].count(ARM) == len(expected)
+    assert ARM in found.layers
 
 
 def test_the_drawn_cube_holds_the_hand_at_every_frame():

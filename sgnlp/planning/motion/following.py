@@ -1,16 +1,14 @@
-"""An arm that carries the hand along a straight path whose two ends are planned: inverse kinematics in between.
+"""An arm that carries the hand along a path: inverse kinematics continued from pose to pose.
 
-Every pose is reached from the joints at its share of the way between those of the ends, so that the arm neither drifts
-nor flips where the ends belong together.
+It begins at the planned joints of the pregrasp. Those that a plan has at the stand-off and with the object lifted may
+belong to another elbow, which the arm could reach by a jump alone.
 """
 
 import numpy as np
-import pinocchio as pin
 
 from sgnlp.base.arrays import Array
 from sgnlp.hand.arm import Arm
 from sgnlp.hand.arm_inverse import reach
-from sgnlp.hand.arm_kinematics import wrist_pose
 from sgnlp.planning.motion.timing import seconds
 from sgnlp.program.carried import LEVER
 
@@ -19,16 +17,16 @@ LAG = 10.0
 and the check of its speed tells."""
 
 
-def followed(arm: Arm, begin: Array, end: Array, s: Array, poses: Array) -> tuple[Array, Array]:
-    """Joints (K, a) within the limits for wrist poses (K, 7) at shares s (K,) of the way; `begin` and `end` (a,) stay.
+def followed(arm: Arm, planned: Array, poses: Array) -> tuple[Array, Array]:
+    """Joints (K, a) within the limits for wrist poses (K, 7), each found from the one before, the first from `planned`.
 
     Beside them how far (K,) [m] the wrist is off each pose; angles count by `LEVER`.
     """
-    joints = begin + s[:, None] * (end - begin)
-    for k in np.flatnonzero((s > 0) & (s < 1)):
-        joints[k], _ = reach(arm, poses[k], joints[k])
-    joints[s == 1] = end
-    return joints, np.array([_off(arm, q, pose) for q, pose in zip(joints, poses, strict=True)])
+    joints, off = np.empty((len(poses), len(planned))), np.empty(len(poses))
+    for k, pose in enumerate(poses):
+        planned, error = reach(arm, pose, planned)
+        joints[k], off[k] = planned, max(error[0], LEVER * error[1])
+    return joints, off
 
 
 def path_seconds(arm: Arm, joints: Array, share: float, least: float) -> float:
@@ -38,9 +36,3 @@ def path_seconds(arm: Arm, joints: Array, share: float, least: float) -> float:
     """
     rates = np.abs(np.diff(joints, axis=0)).max(axis=0) * (len(joints) - 1)
     return min(seconds(rates, share * arm.velocity, least), LAG * least)
-
-
-def _off(arm: Arm, joints: Array, pose: Array) -> float:
-    found, wanted = pin.XYZQUATToSE3(wrist_pose(arm, joints)), pin.XYZQUATToSE3(np.asarray(pose, float))
-    turn = float(np.linalg.norm(pin.log3(found.rotation @ wanted.rotation.T)))
-    return max(float(np.linalg.norm(found.translation - wanted.translation)), LEVER * turn)

@@ -60,21 +60,19 @@ def way(problem: Problem, grasps: Grasps, rank: int) -> Way:
     press = _Corner(wrist, grasps.joints_squeeze[rank], grasps.targets[rank])
     corners = (_shifted(pregrasp, back), pregrasp, touch, press, _shifted(press, up))
     close, squeeze = _closing_seconds(problem, grasps, rank)
-    planned, standoff, lifted = grasps.arm[rank]
-    ends = {APPROACH: (standoff, planned), CLOSE: (planned, planned), SQUEEZE: (planned, planned)}
-    ends[LIFT] = planned, lifted
+    planned = grasps.arm[rank, 0]
     lasting = {
-        APPROACH: _path_seconds(problem, ends[APPROACH], corners[0].wrist, wrist),
+        APPROACH: _path_seconds(problem, planned, wrist, corners[0].wrist),
         CLOSE: close,
         SQUEEZE: squeeze,
-        LIFT: _path_seconds(problem, ends[LIFT], wrist, corners[-1].wrist),
+        LIFT: _path_seconds(problem, planned, wrist, corners[-1].wrist),
     }
     parts: list[tuple[Array, ...]] = []
     phase: list[str] = []
     for name, begin, end in zip(PHASES, corners, corners[1:], strict=False):
         s = shares(lasting[name], motion.step)[0 if not parts else 1 :]  # where phases meet there is one sample
         wrists, joints, setpoints = (_between(low, high, s) for low, high in zip(begin, end, strict=True))
-        parts.append((wrists, joints, setpoints, *_carried(problem.hand.arm, ends[name], s, wrists)))
+        parts.append((wrists, joints, setpoints, *_carried(problem.hand.arm, planned, name, wrists)))
         phase += [name] * len(s)
     wrists, joints, setpoints, arm, off = (np.concatenate(column) for column in zip(*parts, strict=True))
     return Way(motion.step * np.arange(float(len(phase))), np.array(phase), wrists, joints, arm, setpoints, off)
@@ -103,18 +101,25 @@ def _closing_seconds(problem: Problem, grasps: Grasps, rank: int) -> tuple[float
     return close, seconds(grasps.joints_squeeze[rank] - touch, limits, (1 - share) * whole)
 
 
-def _path_seconds(problem: Problem, ends: tuple[Array, Array], begin: Array, end: Array) -> float:
-    """How long the wrist takes from a pose (7,) to one that is not turned, on an arm with joints (a,) at both."""
+def _path_seconds(problem: Problem, planned: Array, pregrasp: Array, end: Array) -> float:
+    """How long the wrist takes between its pose (7,) at the pregrasp and one that is not turned."""
     motion, arm = problem.settings.motion, problem.hand.arm
-    least = seconds(np.array([np.linalg.norm((end - begin)[:3])]), np.array([motion.speed]))
+    least = seconds(np.array([np.linalg.norm((end - pregrasp)[:3])]), np.array([motion.speed]))
     if arm is None:
         return least
-    s = np.linspace(0.0, 1.0, GRID)
-    return path_seconds(arm, followed(arm, *ends, s, _between(begin, end, s))[0], motion.speed_share, least)
+    poses = _between(pregrasp, end, np.linspace(0.0, 1.0, GRID))
+    return path_seconds(arm, followed(arm, planned, poses)[0], motion.speed_share, least)
 
 
-def _carried(arm: Arm | None, ends: tuple[Array, Array], s: Array, wrists: Array) -> tuple[Array, Array]:
-    """The arm's joints (K, a) and errors (K,) for wrist poses (K, 7) at shares s (K,) of the way between `ends`."""
-    if arm is None:
-        return np.empty((len(s), 0)), np.zeros(len(s))
-    return followed(arm, *ends, s, wrists)
+def _carried(arm: Arm | None, planned: Array, phase: str, wrists: Array) -> tuple[Array, Array]:
+    """The arm's joints (K, a) and errors (K,) for wrist poses (K, 7), from the pregrasp on, where they are as planned.
+
+    The approach is followed from its end.
+    """
+    if arm is None or phase in (CLOSE, SQUEEZE):
+        return np.repeat(planned[None], len(wrists), axis=0), np.zeros(len(wrists))
+    order = -1 if phase == APPROACH else 1
+    joints, off = (found[::order] for found in followed(arm, planned, wrists[::order]))
+    if phase == APPROACH:
+        joints[-1] = planned
+    return joints, off
