@@ -155,6 +155,8 @@ class Limits(Checked):
     spheres"""
     dexterity: Annotated[float, (1e-6, 1.0)] = 0.2
     """least manipulability √det(J Jᵀ) of an arm at the pregrasp over that at its home, away from singularities"""
+    arm_turn: Positive = 0.8
+    """largest turn of an arm's joint between the pregrasp and the stand-off, and up [rad]: beyond it the elbow flips"""
     region_margin: float = 0.003
     """how far contact points stay out of regions to avoid, and in those to touch [m]: the radius of a pad's patch"""
     effort: NotNegative = 0.0

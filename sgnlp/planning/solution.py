@@ -21,12 +21,12 @@ from sgnlp.planning.recompute import recompute
 from sgnlp.planning.starts import Start
 from sgnlp.planning.violations import Violation
 from sgnlp.program.constraint import Check, Constraint
-from sgnlp.program.constraints import CLEARANCE
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.names import rows_of
 from sgnlp.program.nlp import Nlp
 from sgnlp.program.ops import Exact
 from sgnlp.program.terms.spring import margins
+from sgnlp.program.tolerances import CLEARANCE
 from sgnlp.program.variables import Posture, posture
 
 Array = NDArray[np.float64]

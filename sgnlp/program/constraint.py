@@ -46,6 +46,7 @@ TORQUE = Unit("N m", 0.1)
 EFFORT = Unit("of the effort")
 GAIN = Unit("N/m", 100.0)
 TRACE = Unit("deg", 1.0, _angle_deg)
+ANGLE = Unit("rad")
 RATIO = Unit("of that at home", 1.0, exp)
 """Of a logarithm."""
 UNITS = {"": NUMBER, "m": LENGTH, "N": FORCE, "N m": TORQUE, "N/m": GAIN}

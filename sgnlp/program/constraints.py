@@ -1,19 +1,18 @@
 """The built-in constraints: what each demands, how exactly, and the bounds that settings give it."""
 
 from dataclasses import replace
-from math import cos, inf, log, radians
+from math import cos, inf, radians
 from typing import Any
 
 from sgnlp.base.settings import Settings
 from sgnlp.program.around import ALONE, Around
-from sgnlp.program.carried import POSTURES
+from sgnlp.program.around_constraints import AROUND, around_bounds
 from sgnlp.program.constraint import (
     EFFORT,
     FORCE,
     GAIN,
     LENGTH,
     NUMBER,
-    RATIO,
     STIFFNESS,
     TORQUE,
     TRACE,
@@ -24,29 +23,18 @@ from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.ops import Ops
 from sgnlp.program.terms.spring import margins
-
-ROUNDING = 1e-6
-"""Tolerance of what a solver meets to 1e-8: margins [1], shares of the effort [1], the surface model's ball [m]."""
-REACHED = 1e-4
-"""By how much the tips may miss the planned contacts at the joints of first contact [m]."""
-CONTACT = 2e-3
-"""Largest |distance| of a pad to the surface that counts as contact [m]."""
-CLEARANCE = 1e-3
-"""By how much a clearance may be missed [m]: the surface itself is known no better."""
-STABLE = 1e-4
-"""By how much the least stiffness may be missed [N m], a fiftieth of its default."""
-TURNED = 1e-3
-"""By how much the trace of the least cosine may be missed: 0.2 degrees at 10 degrees."""
-PRESS = 0.2
-"""By how much a force may miss its bounds [N], a tenth of the paper's least force."""
-BALANCE = 1e-3
-"""Largest net force [N] and net torque [N m] along an axis that count as balanced."""
-DEXTERITY = 0.01
-"""By how much the log of the least manipulability may be missed: 1 % of it."""
-STIFF = 1.0
-"""By how much the least sum of gains may be missed [N/m]."""
-DICTATED = 0.02
-"""By how much k σ may miss the prescribed α [N]."""
+from sgnlp.program.tolerances import (
+    BALANCE,
+    CLEARANCE,
+    CONTACT,
+    DICTATED,
+    PRESS,
+    REACHED,
+    ROUNDING,
+    STABLE,
+    STIFF,
+    TURNED,
+)
 
 
 def _displacements(g: Grasp, op: Ops) -> Any:
@@ -64,19 +52,6 @@ def _margins_initial(g: Grasp, op: Ops) -> Any:
 
 def _margins_equilibrium(g: Grasp, op: Ops) -> Any:
     return margins(g.forces_eq, g.normals_eq, g.friction, op)
-
-
-def _approach(g: Grasp, op: Ops) -> Any:
-    """The least clearance of each sphere from obstacles, over the postures from the stand-off to the pregrasp."""
-    S, gaps = g.spheres.shape[0], g.obstacle_clearances_approach
-    return op.closest(g.obstacle_clearances, *(gaps[k : k + S] for k in range(0, gaps.shape[0], S)))
-
-
-def _arm_way(g: Grasp, op: Ops) -> Any:
-    """The least clearance of each free sphere of the arm, over stand-off, pregrasp and lift."""
-    gaps = g.arm.clearances
-    A = gaps.shape[0] // POSTURES
-    return op.closest(*(gaps[k * A : (k + 1) * A] for k in range(POSTURES)))
 
 
 def _each(over: str, unit: Unit, tolerance: float) -> dict[str, Any]:
@@ -165,53 +140,7 @@ CONSTRAINTS: tuple[Constraint, ...] = (
         **CLEAR | {"over": "pair"},
         about="links clear of each other at the pregrasp",
     ),
-    Constraint(
-        "obstacles",
-        _approach,
-        **CLEAR | {"over": "sphere"},
-        about="hand clear of obstacles on the straight way from the stand-off to the pregrasp",
-    ),
-    Constraint(
-        "obstacles_contact",
-        lambda g, op: op.closest(g.obstacle_clearances_contact, g.obstacle_clearances_lift),
-        **CLEAR | {"over": "sphere"},
-        about="hand clear of obstacles at first contact, and when it has risen with the object",
-    ),
-    Constraint(
-        "arm", _arm_way, **CLEAR | {"over": "arm"}, about="arm clear of obstacles, table and object on the whole way"
-    ),
-    Constraint(
-        "arm_self", lambda g, op: g.arm.pair_clearances, **CLEAR | {"over": "arm_pair"}, about="arm clear of itself"
-    ),
-    Constraint(
-        "arm_hand", lambda g, op: g.arm.hand_clearances, **CLEAR | {"over": "arm_palm"}, about="arm clear of the palm"
-    ),
-    Constraint(
-        "wrist",
-        lambda g, op: g.arm.wrist_error,
-        **_each("pose", LENGTH, REACHED) | {"always": True},
-        about="arm at the pregrasp off the wrist; a turn of 1 rad counts as 10 cm",
-    ),
-    Constraint(
-        "standoff",
-        lambda g, op: g.arm.standoff_error,
-        **_each("pose", LENGTH, REACHED) | {"always": True},
-        about="arm at the stand-off off the straight way; a turn of 1 rad counts as 10 cm",
-    ),
-    Constraint(
-        "lift",
-        lambda g, op: g.arm.lift_error,
-        **_each("pose", LENGTH, REACHED) | {"always": True},
-        about="arm with the object lifted off the straight way; a turn of 1 rad counts as 10 cm",
-    ),
-    Constraint(
-        "dexterity",
-        lambda g, op: g.arm.dexterity,
-        **_each("", RATIO, DEXTERITY),
-        about="manipulability of the arm over that at home",
-    ),
-    Constraint("avoid", lambda g, op: g.avoid_distances, **CLEAR, about="contact points off the regions to avoid"),
-    Constraint("touch", lambda g, op: g.touch_distances, **CLEAR, about="contact points within the regions to touch"),
+    *AROUND,
     Constraint(
         "contact_table", lambda g, op: g.contact_heights, **CLEAR, about="pads above the table at first contact"
     ),
@@ -266,7 +195,7 @@ CONSTRAINTS: tuple[Constraint, ...] = (
 
 def preset_constraints(settings: Settings, around: Around = ALONE) -> tuple[Constraint, ...]:
     """The built-in constraints that settings ask for among such surroundings, with their bounds."""
-    bounds = _bounds(settings) | _surroundings(settings, around)
+    bounds = _bounds(settings) | around_bounds(settings, around)
     return tuple(replace(c, lower=bounds[c.name][0], upper=bounds[c.name][1]) for c in CONSTRAINTS if c.name in bounds)
 
 
@@ -292,24 +221,6 @@ def _bounds(s: Settings) -> dict[str, tuple[float, float]]:
     if s.contact.heuristic > 0:
         bounds["gains"] = (s.contact.heuristic, s.contact.heuristic)
     return bounds | (_compliance(s) if s.contact.metric == "spring" else _closure(s))
-
-
-def _surroundings(s: Settings, around: Around) -> dict[str, tuple[float, float]]:
-    """Those of what stands around the object, as far as it is known."""
-    bounds: dict[str, tuple[float, float]] = {}
-    if around.obstacles:
-        clear = s.limits.obstacle_margin, inf
-        bounds |= {"obstacles": clear, "obstacles_contact": clear}
-    if around.carried:
-        clear = s.limits.obstacle_margin, inf
-        bounds |= dict.fromkeys(("arm", "arm_self", "arm_hand"), clear)
-        bounds |= dict.fromkeys(("wrist", "standoff", "lift"), (0.0, 0.0))
-        bounds["dexterity"] = log(s.limits.dexterity), inf
-    if around.avoid:
-        bounds["avoid"] = (s.limits.region_margin, inf)
-    if around.touch:
-        bounds["touch"] = (-inf, -s.limits.region_margin)
-    return bounds
 
 
 def _compliance(s: Settings) -> dict[str, tuple[float, float]]:

@@ -20,6 +20,7 @@ def labels(hand: Hand) -> dict[str, tuple[str, ...]]:
         "sphere": spheres,
         "pair": tuple(f"{spheres[i]}-{spheres[j]}" for i, j in hand.pairs),
         "axis": AXES,
+        "arm_turn": arm_names(hand)[len(arm.joint_names) :] if arm else (),
         "pose": tuple(f"{kind}{axis}" for kind in ("", "r") for axis in AXES),
         "arm": tuple(arm.spheres[i].name for i in free_spheres(arm)) if arm else (),
         "arm_pair": tuple(f"{arm.spheres[i].name}-{arm.spheres[j].name}" for i, j in arm.pairs) if arm else (),

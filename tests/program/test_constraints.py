@@ -242,7 +242,7 @@ FORMULAS = {
     "balance_torque": lambda g: sum(np.cross(p, f) for p, f in zip(from_centre(g), g.forces_eq, strict=True)),
     "gains": lambda g: g.gains * deviations(g),
     "obstacles": lambda g: np.min(
-        [apart(g.spheres), *(apart(retreated(g, back), True) for l in (0.025, 0.05, 0.075, 0.1))], axis=0
+        [apart(g.spheres), *(apart(retreated(g, l), True) for l in (0.025, 0.05, 0.075, 0.1))], axis=0
     ),
     "obstacles_contact": lambda g: np.minimum(apart(touching(g)[1]), apart(touching(g)[1] + [0, 0, 0.1], True)),
     "arm": lambda g: np.min([arm_apart(q) for q in arm_postures(g)], axis=0),
@@ -251,6 +251,7 @@ FORMULAS = {
     "wrist": lambda g: off_the_way(g, g.arm.joints, np.zeros(3)),
     "standoff": lambda g: off_the_way(g, g.arm.standoff, -0.1 * g.wrist_rotation[:, 0]),
     "lift": lambda g: off_the_way(g, g.arm.lift, np.array([0, 0, 0.1])),
+    "arm_turn": lambda g: np.concatenate([g.arm.standoff - g.arm.joints, g.arm.lift - g.arm.joints]),
     "dexterity": lambda g: np.log(stretched(g.arm.joints) / stretched(ARM.home)),
     "avoid": lambda g: union(feet(g), CROWD.avoid),
     "touch": lambda g: union(feet(g), CROWD.touch),
@@ -280,7 +281,7 @@ CENTIMETRES = (
 )
 ONES = {
     **dict.fromkeys(CENTIMETRES, 0.01),
-    **dict.fromkeys(("dexterity", "rotation", "margin_initial", "margin_equilibrium", "cone"), 1.0),
+    **dict.fromkeys(("dexterity", "arm_turn", "rotation", "margin_initial", "margin_equilibrium", "cone"), 1.0),
     **dict.fromkeys(("force", "press", "force_initial", "net_force", "gains"), 1.0),
     **dict.fromkeys(("torque_initial", "torque_equilibrium"), 1.0),
     "stiffness": 0.01,
@@ -344,10 +345,10 @@ BAD = {  # what makes a grasp violate each constraint, and what does not
         {"pair_clearances_contact": np.array([0.1, -1e-4])},
         {"pair_clearances_contact": np.array([0.1, 1e-4])},
     ),
-    "obstacles": (clear_by(0.1, 4.9e-3), clear_by(0.1, 5.1e-3)),
+    "obstacles": (clear_by(0.1, 11.9e-3), clear_by(0.1, 12.1e-3)),
     "obstacles_contact": (
-        {"obstacle_clearances_contact": np.full(45, 0.1), "obstacle_clearances_lift": np.full(45, 4.9e-3)},
-        {"obstacle_clearances_contact": np.full(45, 0.1), "obstacle_clearances_lift": np.full(45, 5.1e-3)},
+        {"obstacle_clearances_contact": np.full(45, 0.1), "obstacle_clearances_lift": np.full(45, 11.9e-3)},
+        {"obstacle_clearances_contact": np.full(45, 0.1), "obstacle_clearances_lift": np.full(45, 12.1e-3)},
     ),
     "avoid": ({"avoid_distances": np.array([0.1, 2.9e-3])}, {"avoid_distances": np.array([0.1, 3.1e-3])}),
     "touch": ({"touch_distances": np.array([-0.1, -2.9e-3])}, {"touch_distances": np.array([-0.1, -3.1e-3])}),

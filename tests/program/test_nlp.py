@@ -102,7 +102,7 @@ def test_beside_its_own_rows_and_variables_the_program_of_an_arm_is_that_of_the_
         dict(zip(f.nlp.row_names, f.values(z, r), strict=True)) for f, z, r in ((alone, x, p), (carried, y, q))
     )
     own = {name.partition("[")[0] for name in theirs.keys() - ours.keys()}
-    assert own == {"arm", "arm_self", "arm_hand", "wrist", "standoff", "lift", "dexterity"}
+    assert own == {"arm", "arm_self", "arm_hand", "arm_turn", "wrist", "standoff", "lift", "dexterity"}
     for name, value in ours.items():
         assert theirs[name] == pytest.approx(value, abs=1e-12), name
     q[block(carried.nlp.parameters, "weights")] *= [term.name != "arm" for term in posed(settings, CROWD, "ur5").terms]

@@ -24,7 +24,7 @@ from sgnlp.planning.motion.trajectory import BETWEEN
 from sgnlp.planning.problem import UNSEEN, Problem
 from sgnlp.program.carried import far_spheres, free_spheres, near_spheres
 from sgnlp.program.constraint import LENGTH, Check
-from sgnlp.program.constraints import CLEARANCE
+from sgnlp.program.tolerances import CLEARANCE
 from sgnlp.surface.gpis import Gpis
 from sgnlp.surface.shape_field import ShapeField
 

@@ -11,7 +11,7 @@ from sgnlp.planning.motion.trajectory import APPROACH, BETWEEN, CLOSE, LIFT, Tra
 from sgnlp.planning.motion.way import Way, way
 from sgnlp.planning.problem import Problem
 from sgnlp.program.constraint import LENGTH, Check
-from sgnlp.program.constraints import CLEARANCE
+from sgnlp.program.tolerances import CLEARANCE
 
 FULL = 1.0
 """Share of a joint's velocity limit that no step of the arm may ask for: a larger one is a jump."""

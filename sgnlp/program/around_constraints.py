@@ -1,0 +1,111 @@
+"""The constraints of what stands around the object, and of an arm that carries the hand."""
+
+from math import inf, log
+from typing import Any
+
+from sgnlp.base.settings import Settings
+from sgnlp.program.around import Around
+from sgnlp.program.carried import POSTURES
+from sgnlp.program.constraint import ANGLE, LENGTH, RATIO, Constraint
+from sgnlp.program.grasp import Grasp
+from sgnlp.program.ops import Ops
+from sgnlp.program.tolerances import CLEARANCE, DEXTERITY, REACHED, ROUNDING
+
+SPHERES: dict[str, Any] = {"over": "sphere", "unit": LENGTH, "tolerance": CLEARANCE}
+CONTACTS: dict[str, Any] = SPHERES | {"over": "finger"}
+POSE: dict[str, Any] = {"over": "pose", "unit": LENGTH, "tolerance": REACHED, "always": True}
+
+
+def _approach(g: Grasp, op: Ops) -> Any:
+    """The least clearance of each sphere from obstacles, over the postures from the stand-off to the pregrasp."""
+    S, gaps = g.spheres.shape[0], g.obstacle_clearances_approach
+    return op.closest(g.obstacle_clearances, *(gaps[k : k + S] for k in range(0, gaps.shape[0], S)))
+
+
+def _arm_way(g: Grasp, op: Ops) -> Any:
+    """The least clearance of each free sphere of the arm, over stand-off, pregrasp and lift."""
+    gaps = g.arm.clearances
+    A = gaps.shape[0] // POSTURES
+    return op.closest(*(gaps[k * A : (k + 1) * A] for k in range(POSTURES)))
+
+
+AROUND: tuple[Constraint, ...] = (
+    Constraint(
+        "obstacles",
+        _approach,
+        **SPHERES,
+        about="hand clear of obstacles on the straight way from the stand-off to the pregrasp",
+    ),
+    Constraint(
+        "obstacles_contact",
+        lambda g, op: op.closest(g.obstacle_clearances_contact, g.obstacle_clearances_lift),
+        **SPHERES,
+        about="hand clear of obstacles at first contact, and when it has risen with the object",
+    ),
+    Constraint(
+        "arm", _arm_way, **SPHERES | {"over": "arm"}, about="arm clear of obstacles, table and object on the whole way"
+    ),
+    Constraint(
+        "arm_self", lambda g, op: g.arm.pair_clearances, **SPHERES | {"over": "arm_pair"}, about="arm clear of itself"
+    ),
+    Constraint(
+        "arm_hand", lambda g, op: g.arm.hand_clearances, **SPHERES | {"over": "arm_palm"}, about="arm clear of the palm"
+    ),
+    Constraint(
+        "wrist",
+        lambda g, op: g.arm.wrist_error,
+        **POSE,
+        about="arm at the pregrasp off the wrist; a turn of 1 rad counts as 10 cm",
+    ),
+    Constraint(
+        "standoff",
+        lambda g, op: g.arm.standoff_error,
+        **POSE,
+        about="arm at the stand-off off the straight way; a turn of 1 rad counts as 10 cm",
+    ),
+    Constraint(
+        "lift",
+        lambda g, op: g.arm.lift_error,
+        **POSE,
+        about="arm with the object lifted off the straight way; a turn of 1 rad counts as 10 cm",
+    ),
+    Constraint(
+        "dexterity",
+        lambda g, op: g.arm.dexterity,
+        unit=RATIO,
+        tolerance=DEXTERITY,
+        about="manipulability of the arm over that at home",
+    ),
+    Constraint("avoid", lambda g, op: g.avoid_distances, **CONTACTS, about="contact points off the regions to avoid"),
+    Constraint(
+        "touch", lambda g, op: g.touch_distances, **CONTACTS, about="contact points in the regions to touch"
+    ),
+    Constraint(
+        "arm_turn",
+        lambda g, op: op.stack(g.arm.standoff - g.arm.joints, g.arm.lift - g.arm.joints),
+        over="arm_turn",
+        unit=ANGLE,
+        tolerance=ROUNDING,
+        about="turn of the arm's joints to the stand-off, and up: it keeps its elbow",
+    ),
+)
+"""Without their bounds, in the order of the rows of g."""
+
+
+def around_bounds(s: Settings, around: Around) -> dict[str, tuple[float, float]]:
+    """Those of what stands around the object, as far as it is known."""
+    bounds: dict[str, tuple[float, float]] = {}
+    if around.obstacles:
+        clear = s.limits.obstacle_margin, inf
+        bounds |= {"obstacles": clear, "obstacles_contact": clear}
+    if around.carried:
+        clear = s.limits.obstacle_margin, inf
+        bounds |= dict.fromkeys(("arm", "arm_self", "arm_hand"), clear)
+        bounds |= dict.fromkeys(("wrist", "standoff", "lift"), (0.0, 0.0))
+        bounds["dexterity"] = log(s.limits.dexterity), inf
+        bounds["arm_turn"] = -s.limits.arm_turn, s.limits.arm_turn
+    if around.avoid:
+        bounds["avoid"] = (s.limits.region_margin, inf)
+    if around.touch:
+        bounds["touch"] = (-inf, -s.limits.region_margin)
+    return bounds
