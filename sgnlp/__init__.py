@@ -17,6 +17,8 @@ from sgnlp.perception.shape import Shape
 from sgnlp.planning.additions import constraints, terms
 from sgnlp.planning.extension import extension
 from sgnlp.planning.grasps import Grasps
+from sgnlp.planning.motion.files import load_trajectory
+from sgnlp.planning.motion.trajectory import Trajectory
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.results import load_grasps
 from sgnlp.planning.shape_files import load_shapes, painted
@@ -50,6 +52,7 @@ __all__ = [
     "Shape",
     "Solver",
     "Term",
+    "Trajectory",
     "constraints",
     "extension",
     "from_depth",
@@ -57,6 +60,7 @@ __all__ = [
     "load_grasps",
     "load_hand",
     "load_shapes",
+    "load_trajectory",
     "observe",
     "painted",
     "preset",

@@ -19,7 +19,9 @@ FINGERS: tuple[Colour, ...] = (BLUE, ORANGE, PURPLE, VERMILION, SKY)
 """The colours of the fingers in their order; they repeat after the fifth."""
 INK, GREY, STONE, PALE = (0.1, 0.1, 0.1), (0.45, 0.45, 0.47), (0.62, 0.64, 0.66), (0.9, 0.89, 0.87)
 """For points and texts; for what has no colour of its own; for the whole hand in a legend; for the table."""
-AXES: dict[str, Colour] = {"x": (0.85, 0.1, 0.1), "y": (0.1, 0.6, 0.15), "z": (0.1, 0.25, 0.9)}
+RED, GREEN = (0.85, 0.1, 0.1), (0.1, 0.6, 0.15)
+"""For regions that fingers are to stay off, and those that they are to touch."""
+AXES: dict[str, Colour] = {"x": RED, "y": GREEN, "z": (0.1, 0.25, 0.9)}
 """The axes of a frame, coloured as in RViz and in Pinocchio's viewers."""
 LUMA = (0.2126, 0.7152, 0.0722)
 """Weights of red, green and blue in the lightness (ITU-R BT.709)."""

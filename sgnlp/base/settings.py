@@ -103,6 +103,15 @@ class Motion(Checked):
     """postures of the approach, the stand-off among them, at which the program keeps the hand clear of obstacles"""
     lift: Positive = 0.1
     """height to which the hand rises with the object [m]"""
+    speed: Positive = 0.1
+    """largest speed of the wrist on the approach and the lift [m/s]: slow enough to stop by hand"""
+    speed_share: Annotated[float, (0.001, 1.0)] = 0.3
+    """share of the velocity limits of the URDF at which joints move at most: what follows setpoints lags little then,
+    and the path stays straight"""
+    step: Annotated[float, (0.001, 0.1)] = 0.02
+    """time between samples of the trajectory [s]"""
+    frame: str = "world"
+    """name of the world frame in the ROS messages of the trajectory"""
 
 
 @dataclass(frozen=True)

@@ -52,14 +52,15 @@ class Solve(Abstaining, Extending, Surrounding, Observing):
         with bars(console, show) as bar:
             plan = self._plan(observation, hand, bar("solving starts", self.starts).advance)
         outcome = plan.summary()
-        results.save(plan.arrays(), outcome, folder, plan.histories())
+        results.save(plan.arrays(), outcome, folder, plan.histories(), plan.motion_files())
         pages = []
         if self.report and plan.solutions:
             pages = import_module("sgnlp.cli.report").write(folder, hand=self.hand)  # a second of imports
         if self.json:
             sys.stdout.write(results.json_text(outcome))
         if show:
-            _show(console, plan, outcome, [folder / results.GRASPS, folder / results.SUMMARY, *pages], self)
+            made = [results.GRASPS, results.SUMMARY, *results.MOTION[: 1 if plan.motion else 0]]
+            _show(console, plan, outcome, [*(folder / name for name in made), *pages], self)
             for caution in outcome["cautions"]:
                 console.print(Text.assemble(("caution:", "yellow"), f" {caution}"), soft_wrap=True)
             console.print("\n".join(_next(plan, folder)), style="dim", soft_wrap=True)
@@ -102,6 +103,8 @@ def _show(console: Console, plan: Plan, summary: dict[str, Any], files: list[Pat
     compiling.offer(console, plan.problem.hand, asked, plan.problem.around)
     if plan.best:
         console.print(confidence.words(plan.best.confidence), soft_wrap=True)
+    for line in plan.motion.told() if plan.motion else ():
+        console.print(line, soft_wrap=True)
     console.print(tables.headline(plan))
     console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)
 
@@ -115,4 +118,5 @@ def _next(plan: Plan, folder: Path) -> list[str]:
         f"       sgnlp report {folder}    read about it",
         f"       sgnlp simulate {folder}  see whether it holds, in MuJoCo",
         f"       {folder / results.SUMMARY}  for your robot: joints by name, wrist and targets in the cloud's frame",
+        f"       {folder / results.MOTION[2]}  its whole motion for ROS 2; {results.MOTION[3]} is for MoveIt",
     ]

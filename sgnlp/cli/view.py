@@ -10,6 +10,8 @@ from rich.console import Console
 from sgnlp.base.errors import InputError
 from sgnlp.cli import codes
 from sgnlp.planning import reopen, results
+from sgnlp.planning.motion.files import load_trajectory
+from sgnlp.planning.motion.trajectory import Trajectory
 from sgnlp.show import web_page
 from sgnlp.show.png import picture
 from sgnlp.show.scene import scene
@@ -37,7 +39,7 @@ class View:
 
     def run(self, console: Console) -> int:
         """Read, pose again, draw."""
-        shown = _scene(reopen.reopen(self.folder, self.object, self.hand))
+        shown = _scene(reopen.reopen(self.folder, self.object, self.hand), _motion(self.folder))
         for note in shown.notes:
             console.print(note, style="dim", soft_wrap=True)
         if not 0 <= self.rank < len(shown.views):
@@ -60,8 +62,14 @@ def write(console: Console, shown: Scene, html: Path | None, png: Path | None, r
         console.print(f"written: {png}", soft_wrap=True)
 
 
-def _scene(result: reopen.Reopened) -> Scene:
+def _motion(folder: Path) -> Trajectory | None:
+    """The trajectory beside the grasps; results of before, and without a feasible grasp, have none."""
+    file = (folder if folder.is_dir() else folder.parent) / results.MOTION[0]
+    return load_trajectory(file) if file.is_file() else None
+
+
+def _scene(result: reopen.Reopened, motion: Trajectory | None) -> Scene:
     if result.cloud is None:
         notes = [f"Without cloud and surface: {result.missing}."]
-        return scene(result.grasps, result.hand, None, np.zeros((0, 3)), notes)
-    return scene(result.grasps, result.hand, result.problem, result.cloud.points)
+        return scene(result.grasps, result.hand, None, np.zeros((0, 3)), notes, motion)
+    return scene(result.grasps, result.hand, result.problem, result.cloud.points, (), motion)

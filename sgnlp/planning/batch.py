@@ -126,8 +126,8 @@ def survey(task: Task, file: Path) -> tuple[str, str]:
         return observation.name, observation.digest
 
 
-Planned = tuple[Grasps, dict[str, Any], dict[str, Any]]
-"""Grasps, their summary, and how their starts went."""
+Planned = tuple[Grasps, dict[str, Any], dict[str, Any], dict[str, bytes | None]]
+"""Grasps, their summary, how their starts went, and the files of the best one's motion."""
 
 
 def plan(task: Task, file: Path) -> Planned:
@@ -137,15 +137,15 @@ def plan(task: Task, file: Path) -> Planned:
         options = {"count": task.count, "seed": task.seed, "timeout": task.timeout, "solver": task.solver}
         around = dict(task.surroundings.kinds())
         found = solve(task.load(file), hand, task.settings, jobs=1, extension=task.extension, **around, **options)  # type: ignore[arg-type]
-        return found.arrays(), found.summary(), found.histories()
+        return found.arrays(), found.summary(), found.histories(), found.motion_files()
 
 
 def _saved(file: Path, name: str, planned: Planned | str, folder: Path) -> Row:
     if isinstance(planned, str):
         return Row(name, str(file), failure=planned)
-    grasps, found, ways = planned
+    grasps, found, ways, motion = planned
     try:
-        results.save(grasps, found, folder / name, ways)
+        results.save(grasps, found, folder / name, ways, motion)
     except InputError as error:
         return Row(name, str(file), failure=str(error))
     failures = [start["failure"] for start in found["starts_table"] if "failure" in start]

@@ -1,6 +1,7 @@
 """A plan: the ranked grasps of one observation, and what is said of them in arrays and in plain values."""
 
 from dataclasses import asdict, dataclass, field, fields
+from functools import cached_property
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,9 @@ from sgnlp.planning.cautions.planned import Planned
 from sgnlp.planning.environment import kinematics_backend, machine, surface_backend, versions
 from sgnlp.planning.extension import Extension
 from sgnlp.planning.grasps import Grasps, stack
+from sgnlp.planning.motion import files
+from sgnlp.planning.motion.plan_motion import trajectory
+from sgnlp.planning.motion.trajectory import Trajectory
 from sgnlp.planning.planner import History
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.problem import Problem
@@ -54,6 +58,15 @@ class Plan:
     def best(self) -> Solution | None:
         """The first feasible solution, if there is one."""
         return self.solutions[0] if self.solutions and self.solutions[0].feasible else None
+
+    @cached_property
+    def motion(self) -> Trajectory | None:
+        """The whole motion of the best grasp, with times and checks; None if none is feasible."""
+        return trajectory(self.problem, self.arrays(), self.observation.points) if self.best else None
+
+    def motion_files(self) -> dict[str, bytes | None]:
+        """What the files of the motion hold, by name."""
+        return files.contents(self.motion, self.arrays())
 
     def meta(self) -> dict[str, Any]:
         """How a plan was made: enough to make it again."""
@@ -111,11 +124,12 @@ class Plan:
             "starts_table": [_start(s, rank) for rank, s in enumerate(self.solutions)]
             + [{"start": f.start, "failure": f.reason} for f in self.failures],
             "best": _grasp(self.best, self) if self.best else None,
+            "motion": files.summary(self.motion) if self.motion else None,
         }
 
     def save(self, folder: str | Path) -> None:
-        """Write `grasps.npz`, `summary.json` and `history.npz` into a folder, each whole or not at all."""
-        results.save(self.arrays(), self.summary(), Path(folder), self.histories())
+        """Write `grasps.npz`, `summary.json`, `history.npz` and the motion's files into a folder, all or none."""
+        results.save(self.arrays(), self.summary(), Path(folder), self.histories(), self.motion_files())
 
 
 def _plain(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

@@ -27,6 +27,8 @@ from sgnlp.planning.grasps import Grasps
 GRASPS = "grasps.npz"
 SUMMARY = "summary.json"
 HISTORY = "history.npz"
+MOTION = ("trajectory.npz", "trajectory.json", "trajectory.yaml", "grasp.yaml", "pregrasp.yaml")
+"""The files of the motion of the best grasp, if one is feasible."""
 RUN = ("object", "input_digest", "settings", "seed", "starts", "seconds")
 """What tells one run from another: its input, and the wall times to the last digit."""
 NAMED = 3
@@ -36,9 +38,7 @@ NAMED = 3
 def writable(folder: Path) -> None:
     """Raise unless results can be written to a folder, which need not exist. Leaves nothing behind.
 
-    Raises:
-        InputError: it is no folder, or may not be written.
-        MachineError: the disk is full.
+    Raises `InputError` if it is no folder, or may not be written; `MachineError` if the disk is full.
     """
     try:
         existing = next(path for path in (folder, *folder.parents) if path.exists())
@@ -48,17 +48,19 @@ def writable(folder: Path) -> None:
         raise _unwritten(f"the output folder '{folder}'", error) from None
 
 
-def save(grasps: Grasps, summary: dict[str, Any], folder: Path, histories: dict[str, Any] | None = None) -> None:
-    """Write the files of a result, all or none. Courses of an older one do not stay behind.
-
-    Raises:
-        InputError: the folder cannot be written.
-        MachineError: the disk is full.
-    """
+def save(
+    grasps: Grasps,
+    summary: dict[str, Any],
+    folder: Path,
+    histories: dict[str, Any] | None = None,
+    motion: Mapping[str, bytes | None] | None = None,
+) -> None:
+    """Write the files of a result, all or none; those of an older one do not stay behind. Raises as `write_files`."""
     arrays = {f.name: getattr(grasps, f.name) for f in fields(Grasps) if f.name != "meta"}
     arrays["meta"] = np.array(json.dumps(grasps.meta, sort_keys=True))
-    ways = _npz(histories) if histories else None
-    write_files(folder, {GRASPS: _npz(arrays), HISTORY: ways, SUMMARY: encoded(json_text(summary))})
+    ways = npz(histories) if histories else None
+    others = {HISTORY: ways, **dict.fromkeys(MOTION), **(motion or {})}
+    write_files(folder, {GRASPS: npz(arrays), **others, SUMMARY: encoded(json_text(summary))})
 
 
 def load_summary(folder: Path, grasps: Grasps) -> dict[str, Any]:
@@ -104,12 +106,12 @@ def load_grasps(path: str | Path) -> Grasps:
 
 def json_text(value: Any) -> str:
     """Indented JSON. It has no NaN and no infinities: they become null."""
-    return json.dumps(_finite(value), indent=2, allow_nan=False) + "\n"
+    return json.dumps(finite(value), indent=2, allow_nan=False) + "\n"
 
 
 def write_arrays(file: Path, arrays: dict[str, Any]) -> None:
     """Write an npz whole or not at all; the same arrays give the same bytes."""
-    write_bytes(file, _npz(arrays))
+    write_bytes(file, npz(arrays))
 
 
 def write_text(file: Path, text: str) -> None:
@@ -127,11 +129,7 @@ def write_rows(file: Path, rows: Sequence[Any]) -> None:
 
 
 def write_parquet(file: Path, rows: Sequence[Any]) -> None:
-    """Write the same rows as Parquet, each field a column of its type, whole or not at all.
-
-    Raises:
-        InputError: pyarrow is not installed, or the folder cannot be written.
-    """
+    """Write the same rows as Parquet, each field a column of its type; raises as `arrow` and `write_bytes`."""
     pa, parquet = arrow()
     types = {"str": pa.string(), "int": pa.int64(), "float": pa.float64(), "bool": pa.bool_()}
     schema = pa.schema([(name, types[kind.__name__]) for name, kind in get_type_hints(type(rows[0])).items()])
@@ -153,7 +151,12 @@ def read_rows(file: Path, row: type[Any]) -> list[Any]:
     if not file.is_file():
         return []
     read: dict[str, Callable[[str], Any]]
-    read = {"str": str, "int": int, "float": float, "bool": lambda text: text == "True"}
+    read = {
+        "str": str,
+        "int": int,
+        "float": float,
+        "bool": lambda text: text == "True",
+    }
     kinds = {name: read[kind.__name__] for name, kind in get_type_hints(row).items()}
     try:
         with open(file, encoding="utf-8", errors="surrogateescape", newline="") as handle:
@@ -165,11 +168,12 @@ def read_rows(file: Path, row: type[Any]) -> list[Any]:
         raise InputError(f"'{file}' does not hold rows of this study: {error}; delete it to begin anew") from None
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
+    """Plain values with None in the place of NaN and infinities."""
     if isinstance(value, dict):
-        return {key: _finite(item) for key, item in value.items()}
+        return {key: finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
+        return [finite(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
@@ -283,7 +287,8 @@ def _unwritten(what: str, error: OSError) -> InputError | MachineError:
     return kind(f"{what} cannot be written: {error.strerror}")
 
 
-def _npz(arrays: dict[str, Any]) -> bytes:
+def npz(arrays: dict[str, Any]) -> bytes:
+    """The bytes of a compressed npz; the same arrays give the same."""
     archive = io.BytesIO()  # never closed by an interrupt while the archive is open, unlike a file
     np.savez_compressed(archive, **arrays)
     return archive.getvalue()

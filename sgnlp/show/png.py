@@ -25,6 +25,7 @@ from sgnlp.show.scene_parts import (
     DIAMOND,
     FAN,
     LINE,
+    OBSTACLES,
     PATCH,
     POINT,
     TABLE,
@@ -48,6 +49,8 @@ FAINT = 0.25
 """Points of the cloud are seen through, as what they lie on has to be seen."""
 MAP = "viridis"
 """Colours of the deviation, which all see in the same order."""
+WIDE = (TABLE, OBSTACLES)
+"""Layers that may reach beyond the picture."""
 MARKERS = {BALL: "o", CUBE: "s", DIAMOND: "D", FAN: "^", POINT: "."}
 """Matplotlib's markers for the glyphs of the legend that are one point."""
 
@@ -134,7 +137,7 @@ def _view(shapes: Sequence[Shape], labels: Sequence[Label], azimuth: float, colo
     edges = faces[order].copy()
     edges[edges[:, 3] < 1] = 0.0  # seams show between opaque triangles alone
     ax.add_collection(PolyCollection(polygons[order], facecolors=faces[order], edgecolors=edges, linewidths=0.3))
-    plane = np.concatenate([p for shape, (p, _, _) in zip(shapes, drawn, strict=True) if shape.layer != TABLE])
+    plane = np.concatenate([p for shape, (p, _, _) in zip(shapes, drawn, strict=True) if shape.layer not in WIDE])
     _fit(ax, plane)
     _name(ax, labels, plane.reshape(-1, 2), camera)
     ax.set_title(f"from azimuth {azimuth:.0f}°, {ELEVATION:.0f}° above", fontsize=FONT)
@@ -142,7 +145,7 @@ def _view(shapes: Sequence[Shape], labels: Sequence[Label], azimuth: float, colo
 
 
 def _fit(ax: Any, polygons: Array) -> None:
-    """The square that holds polygons (F, 4, 2) and the labels below; what reaches beyond it, the table, is cut off."""
+    """The square that holds polygons (F, 4, 2) and the labels below; what reaches beyond it, of `WIDE`, is cut off."""
     low, high = polygons.min(axis=(0, 1)), polygons.max(axis=(0, 1))
     size = float((high - low).max())
     low = low - np.array([0.0, (GAP + ROW * ROWS) * size])

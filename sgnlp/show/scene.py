@@ -6,6 +6,7 @@ pregrasp.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -16,8 +17,12 @@ from sgnlp.base.errors import InputError
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.meshes import link_meshes, link_poses, mesh_links
 from sgnlp.planning.grasps import Grasps
+from sgnlp.planning.motion.trajectory import Trajectory
 from sgnlp.planning.problem import Problem
+from sgnlp.planning.surroundings import Surroundings
 from sgnlp.show import sheets
+from sgnlp.show.scene_around import around
+from sgnlp.show.scene_motion import frames
 from sgnlp.show.scene_parts import CLOUD, CONTACTS, HAND, NORMALS, SPRINGS, Scene, Shape, Stage, View, named
 from sgnlp.show.scene_shapes import ARROW, axes, coil, cone, segments, solid, spheres, surface, table
 
@@ -31,8 +36,17 @@ STEPS = 5
 """Stages from first contact to equilibrium."""
 
 
-def scene(grasps: Grasps, hand: Hand, problem: Problem | None, points: Array, notes: Sequence[str] = ()) -> Scene:
+def scene(
+    grasps: Grasps,
+    hand: Hand,
+    problem: Problem | None,
+    points: Array,
+    notes: Sequence[str] = (),
+    motion: Trajectory | None = None,
+) -> Scene:
     """The scene of grasps; without the `problem`, whose surface it shows, and with no points, of the grasps alone.
+
+    `motion` is that of one of them.
 
     Raises:
         InputError: there is no grasp to be shown, or scikit-image, which finds the surface, is not installed.
@@ -46,9 +60,14 @@ def scene(grasps: Grasps, hand: Hand, problem: Problem | None, points: Array, no
         shapes.append(Shape(CLOUD, points, np.arange(len(points))[:, None], palette.INK, width=1.0, moves=True))
     if problem is not None:
         shapes.append(surface(problem.gpis, problem.box))
-    views = tuple(view(grasps, rank, hand, problem) for rank in range(len(grasps)))
+    given = Surroundings.restored(meta.get("surroundings", {})) if problem is None else problem.surroundings
+    shapes += around(given, grasps.contacts[0].mean(axis=0))
+    views = [view(grasps, rank, hand, problem) for rank in range(len(grasps))]
+    if motion is not None:
+        rank = int(motion.meta["rank"])
+        views[rank] = replace(views[rank], frames=frames(motion, grasps, hand))
     names = tuple(finger.name for finger in hand.fingers)
-    return Scene(str(meta["object"]), links(hand), tuple(shapes), views, tuple(notes), fingers=names)
+    return Scene(str(meta["object"]), links(hand), tuple(shapes), tuple(views), tuple(notes), fingers=names)
 
 
 def links(hand: Hand, opacity: float = HAND_OPACITY) -> tuple[Shape, ...]:

@@ -11,7 +11,11 @@ from sgnlp.show.sheets import Sheet
 HAND, SURFACE, CLOUD, TABLE, AXES, FRAMES = "hand", "surface", "cloud", "table", "axes", "frame axes"
 CONTACTS, NORMALS, CONES, SPRINGS, SPHERES = "contacts", "normals", "friction cones", "springs", "collision spheres"
 OBJECT, FORCES = "object", "forces"
-LAYERS = (HAND, SURFACE, OBJECT, CLOUD, CONTACTS, NORMALS, CONES, SPRINGS, FORCES, SPHERES, FRAMES, TABLE, AXES)
+OBSTACLES, AVOID, TOUCH = "obstacles", "regions to avoid", "regions to touch"
+LAYERS = (
+    *(HAND, SURFACE, OBJECT, CLOUD, CONTACTS, NORMALS, CONES, SPRINGS, FORCES, SPHERES, FRAMES),
+    *(OBSTACLES, AVOID, TOUCH, TABLE, AXES),
+)
 """What can be switched on and off."""
 AXIS = 0.05
 """Length of the axes that are drawn [m]."""
@@ -45,6 +49,9 @@ LEGEND = (
     Entry(FORCES, LINE, palette.GREY, f"force on the object, {1e3 * NEWTON:g} mm for each newton"),
     Entry(SPHERES, BALL, palette.STONE, "collision sphere"),
     *(Entry(FRAMES, LINE, colour, f"{axis} of the root link and of the tips") for axis, colour in palette.AXES.items()),
+    Entry(OBSTACLES, PATCH, palette.STONE, "obstacle"),
+    Entry(AVOID, PATCH, palette.RED, "region that fingers stay off"),
+    Entry(TOUCH, PATCH, palette.GREEN, "region that fingers touch"),
     Entry(TABLE, PATCH, palette.PALE, "table"),
     Entry(AXES, LINE, palette.INK, f"directions of the world frame, {100 * AXIS:.0f} cm long"),
 )
@@ -93,8 +100,17 @@ class Stage:
 
 
 @dataclass(frozen=True, eq=False)
+class Frame:
+    """A moment of the whole motion [s]: poses (L, 4, 4) of the hand's links, and where the object is."""
+
+    time: float
+    links: Array
+    stage: Stage
+
+
+@dataclass(frozen=True, eq=False)
 class View:
-    """One grasp: poses (L, 4, 4) of the hand's links, what belongs to it alone, its stages and its numbers."""
+    """One grasp: poses (L, 4, 4) of the hand's links, what belongs to it alone, its stages, numbers and motion."""
 
     title: str
     links: Array
@@ -102,6 +118,7 @@ class View:
     stages: tuple[Stage, ...]
     labels: tuple[Label, ...]
     sheets: tuple[Sheet, ...]
+    frames: tuple[Frame, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

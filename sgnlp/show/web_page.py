@@ -16,7 +16,7 @@ import numpy as np
 from sgnlp.base import palette
 from sgnlp.base.errors import InputError
 from sgnlp.show.camera import FIELD, FILL, axes_of_view, ball, placed, seen
-from sgnlp.show.scene_parts import Scene, Shape
+from sgnlp.show.scene_parts import Scene, Shape, Stage
 
 REACH = 1.1
 """Half the edge of the cube that is drawn, over what the first stage needs: in later ones the object moves."""
@@ -83,21 +83,25 @@ def _view(scene: Scene, rank: int) -> dict[str, Any]:
     view, shown = scene.views[rank], placed(scene, rank, 0)
     centre, radius = ball(seen(shown))
     reach = max(float(np.abs(shape.vertices - centre).max()) for shape in shown)
+    wandering = max((float(np.linalg.norm(f.links[0, :3, 3] - view.links[0, :3, 3])) for f in view.frames), default=0.0)
     return {
         "title": view.title,
         "centre": centre.tolist(),
         "radius": radius,
-        "reach": REACH * reach,
+        "reach": REACH * (reach + wandering),
+        "wandering": wandering,
         "links": view.links[:, :3].tolist(),
         "shapes": [_shape(shape) for shape in view.shapes],
-        "stages": [
-            {"name": s.name, "rotation": s.rotation.tolist(), "translation": s.translation.tolist()}
-            | {"shapes": [_shape(shape) for shape in s.shapes]}
-            for s in view.stages
-        ],
+        "stages": [_stage(stage) for stage in view.stages],
+        "frames": [_stage(f.stage) | {"time": f.time, "links": f.links[:, :3].tolist()} for f in view.frames],
         "labels": [asdict(label) | {"colour": palette.css(label.colour)} for label in view.labels],
         "sheets": [{"title": sheet.title, "rows": sheet.rows} for sheet in view.sheets],
     }
+
+
+def _stage(stage: Stage) -> dict[str, Any]:
+    told = {"name": stage.name, "rotation": stage.rotation.tolist(), "translation": stage.translation.tolist()}
+    return told | {"shapes": [_shape(shape) for shape in stage.shapes]}
 
 
 def _shape(shape: Shape) -> dict[str, Any]:

@@ -1,0 +1,1 @@
+"""The whole motion of a planned grasp: stand-off, straight approach, closing, squeeze, lift, with times and checks."""

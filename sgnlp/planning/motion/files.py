@@ -1,0 +1,80 @@
+"""The files of a motion: arrays for NumPy, JSON for other programs, YAML for ROS 2; and reading the arrays again."""
+
+import json
+import zipfile
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from sgnlp.base.errors import InputError
+from sgnlp.planning import results
+from sgnlp.planning.grasps import Grasps
+from sgnlp.planning.motion import messages
+from sgnlp.planning.motion.trajectory import Trajectory
+from sgnlp.program.constraint import Check
+
+ARRAYS = tuple(f.name for f in fields(Trajectory) if f.name not in ("checks", "meta"))
+_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+"""LibYAML's, which takes a tenth of the time, where PyYAML was built with it."""
+
+
+def contents(made: Trajectory | None, grasps: Grasps) -> dict[str, bytes | None]:
+    """What the files of a motion hold, by name; without a motion there are none."""
+    if made is None:
+        return dict.fromkeys(results.MOTION)
+    arrays = {name: getattr(made, name) for name in ARRAYS}
+    told: dict[str, Any] = {"checks": [asdict(check) for check in made.checks], "meta": made.meta}
+    found = (
+        results.npz(arrays | {name: np.array(json.dumps(value, sort_keys=True)) for name, value in told.items()}),
+        results.encoded(_json(made)),
+        *map(_yaml, (messages.joint_trajectory(made), messages.grasp(made, grasps), messages.pregrasp(made))),
+    )
+    return dict(zip(results.MOTION, found, strict=True))
+
+
+def load_trajectory(path: str | Path) -> Trajectory:
+    """Read the trajectory of a result folder, or of its `trajectory.npz`.
+
+    Raises:
+        InputError: there is no such file, or it is damaged. A result without a feasible grasp has none.
+    """
+    file = Path(path)
+    file = file / results.MOTION[0] if file.is_dir() else file
+    if not file.is_file():
+        raise InputError(f"no trajectory at '{path}': a result with a feasible grasp has {results.MOTION[0]}")
+    if not zipfile.is_zipfile(file):
+        raise InputError(f"'{file}' is not a trajectory of sgnlp: it is not an npz, or a truncated one")
+    try:
+        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
+            arrays = {name: data[name] for name in ARRAYS}
+            checks, meta = (json.loads(str(data[name])) for name in ("checks", "meta"))
+        return Trajectory(**arrays, checks=tuple(Check(**check) for check in checks), meta=meta)
+    except KeyError as error:
+        raise InputError(f"'{file}' is not a trajectory of sgnlp: {error.args[0]}") from None
+    except Exception as error:  # a damaged array can raise almost anything
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise InputError(f"'{file}' cannot be read: {reason}") from None
+
+
+def summary(made: Trajectory) -> dict[str, Any]:
+    """What a plan's summary says of its motion."""
+    checks = {check.name: asdict(check) for check in made.checks}
+    return {"seconds": made.seconds, "phases": made.phase_seconds(), "clear": made.clear, "checks": checks}
+
+
+def _json(made: Trajectory) -> str:
+    """The same arrays as JSON, one a line."""
+    lists = {name: getattr(made, name).tolist() for name in ARRAYS} | {"velocities": made.velocities.tolist()}
+    values = lists | {"checks": [asdict(check) for check in made.checks], "meta": made.meta}
+    lines = [
+        f"{json.dumps(name)}: {json.dumps(results.finite(value), allow_nan=False)}" for name, value in values.items()
+    ]
+    return "{\n" + ",\n".join(lines) + "\n}\n"
+
+
+def _yaml(message: dict[str, Any]) -> bytes:
+    text = yaml.dump(message, Dumper=_DUMPER, sort_keys=False, default_flow_style=None, width=120, allow_unicode=True)
+    return results.encoded(text)

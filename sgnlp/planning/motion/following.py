@@ -1,0 +1,35 @@
+"""An arm that carries the hand along a path: inverse kinematics continued from pose to pose."""
+
+import numpy as np
+
+from sgnlp.base.arrays import Array
+from sgnlp.hand.arm import Arm
+from sgnlp.hand.arm_inverse import reach
+from sgnlp.planning.motion.timing import seconds
+
+LEVER = 0.1
+"""What an angle counts as [m/rad]: a fingertip is so far from the hand's root link."""
+LAG = 10.0
+"""A path takes at most so many times what the wrist's speed asks for. An arm that needs longer is near a singularity,
+and the check of its speed tells."""
+
+
+def followed(arm: Arm, begin: Array, poses: Array) -> tuple[Array, Array]:
+    """Joints (K, a) within the limits for wrist poses (K, 7), each found from those before it, the first from `begin`.
+
+    Beside them how far (K,) [m] the wrist is off each pose; angles count by `LEVER`.
+    """
+    joints, errors = np.empty((len(poses), len(begin))), np.empty(len(poses))
+    for k, pose in enumerate(poses):
+        begin, error = reach(arm, pose, begin)
+        joints[k], errors[k] = begin, max(error[0], LEVER * error[1])
+    return joints, errors
+
+
+def path_seconds(arm: Arm, joints: Array, share: float, least: float) -> float:
+    """How long an arm takes through joints (K, a) at equal parts of a straight path: `least` [s], `LAG` times at most.
+
+    `share` of its velocity limits is used.
+    """
+    rates = np.abs(np.diff(joints, axis=0)).max(axis=0) * (len(joints) - 1)
+    return min(seconds(rates, share * arm.velocity, least), LAG * least)

@@ -1,0 +1,94 @@
+"""From a planned grasp to its whole motion, with its checks."""
+
+from math import inf
+
+import numpy as np
+
+from sgnlp.base.arrays import Array
+from sgnlp.base.errors import InputError
+from sgnlp.planning.grasps import Grasps
+from sgnlp.planning.motion import clearances
+from sgnlp.planning.motion.trajectory import APPROACH, BETWEEN, CLOSE, LIFT, Trajectory
+from sgnlp.planning.motion.way import Way, way
+from sgnlp.planning.problem import Problem
+from sgnlp.program.constraint import LENGTH, Check
+
+OFF = 1e-4
+"""An arm follows its path within this [m]."""
+FULL = 1.0
+"""Share of a joint's velocity limit that no step of the arm may ask for: a larger one is a jump."""
+
+
+def trajectory(
+    problem: Problem, grasps: Grasps, points: Array, rank: int = 0, arm_joints: Array | None = None
+) -> Trajectory:
+    """The motion of the grasp of a rank among what the problem has around the object, with its checks.
+
+    `points` (N, 3) [m] are those measured of the object: they are kept clear of obstacles on the lift. `arm_joints`
+    (a,) are those of the hand's arm at the pregrasp.
+
+    Raises:
+        InputError: the hand is on an arm whose joints are not given.
+    """
+    arm = problem.hand.arm
+    if arm is not None and (arm_joints is None or len(arm_joints) != len(arm.joint_names)):
+        raise InputError(f"the hand is on the arm '{arm.name}': give its {len(arm.joint_names)} joints at the pregrasp")
+    made = way(problem, grasps, rank, np.empty(0) if arm is None or arm_joints is None else arm_joints)
+    load = points @ grasps.rotation_eq[rank].T + grasps.translation_eq[rank]
+    meta = {name: grasps.meta.get(name) for name in ("object", "hand", "input_digest")}
+    return Trajectory(
+        times=made.times,
+        phase=made.phase,
+        wrist=made.wrist,
+        joints=made.joints,
+        arm=made.arm,
+        setpoints=made.setpoints,
+        gains=grasps.gains[rank],
+        joint_names=grasps.joint_names,
+        arm_joint_names=np.array([] if arm is None else arm.joint_names, np.str_),
+        finger_names=grasps.finger_names,
+        checks=(*_clear(problem, made, grasps.joints_contact[rank], load), *_followed(problem, made)),
+        meta=meta | {"rank": rank, "start": int(grasps.start[rank]), "frame": problem.settings.motion.frame},
+    )
+
+
+def _clear(problem: Problem, made: Way, touch: Array, load: Array) -> tuple[Check, ...]:
+    """Nothing is hit. In the squeeze and the lift the fingers are where they touch: it is setpoints that go on."""
+    hand, limits, near = problem.hand, problem.settings.limits, problem.fields.near
+    free = clearances.moving(hand)
+    links = [i for i in free if i not in hand.tip_spheres]
+    floor = np.full(len(free), limits.table_margin)
+    floor[list(hand.tip_spheres)] = limits.pad_margin
+    found = []
+    for name in (APPROACH, CLOSE, LIFT):
+        at = made.phase == name
+        joints = np.repeat(touch[None], at.sum(), axis=0) if name == LIFT else made.joints[at]
+        whole = clearances.samples(hand, name, made.times[at], made.wrist[at], joints, made.arm[at])
+        if name != LIFT:
+            found.append(clearances.to_object(problem, whole.of(free if name == APPROACH else links)))
+        if near.shapes:
+            found.append(clearances.to_obstacles(whole.of(free), near, limits.obstacle_margin))
+        found.append(clearances.to_table(whole.of(free), problem.table_height, floor * (name == APPROACH)))
+        found.append(clearances.to_itself(hand, whole))
+        if name == LIFT and near.shapes:
+            rises = made.wrist[at, 2] - made.wrist[np.flatnonzero(at)[0] - 1, 2]
+            found.append(clearances.load_to_obstacles(name, made.times[at], load, rises, near))
+    return tuple(found)
+
+
+def _followed(problem: Problem, made: Way) -> tuple[Check, ...]:
+    """The arm follows the path without a jump."""
+    arm, found = problem.hand.arm, []
+    for name in (APPROACH, LIFT) if arm is not None else ():
+        assert arm is not None
+        at = np.flatnonzero(made.phase == name)
+        off, k = float(made.off[at].max()), int(at[made.off[at].argmax()])
+        where, read = f"the wrist at {made.times[k]:.2f} s", LENGTH.reading
+        reached = off <= OFF
+        found.append(Check(f"{name}{BETWEEN}arm off the path", read(off), -inf, read(OFF), 0.0, "mm", reached, where))
+        speed = np.abs(np.diff(made.arm[at], axis=0)) / (problem.settings.motion.step * arm.velocity)
+        k, j = (int(i) for i in np.unravel_index(speed.argmax(), speed.shape))
+        where, value = f"{arm.joint_names[j]} at {made.times[at[k]]:.2f} s", float(speed[k, j])
+        unit = "of the velocity limit"
+        found.append(Check(f"{name}{BETWEEN}arm speed", value, -inf, FULL, 0.0, unit, value <= FULL, where))
+    return tuple(found)

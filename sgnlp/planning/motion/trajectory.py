@@ -1,0 +1,89 @@
+"""A trajectory: what wrist, joints and springs are to do at each sample, and what the checks of it found."""
+
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.base.arrays import Array
+from sgnlp.program.constraint import Check
+
+APPROACH, CLOSE, SQUEEZE, LIFT = PHASES = ("approach", "close", "squeeze", "lift")
+"""The phases in their order. A sample where two meet belongs to the earlier one."""
+BETWEEN = ": "
+"""Between the phase and what is to be clear, in the name of a check."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """T samples of a hand with n joints and m fingers, on an arm with a joints or none (a = 0), in the world frame."""
+
+    times: Array  # (T,) [s], from 0
+    phase: NDArray[np.str_]  # (T,), of `PHASES`
+    wrist: Array  # (T, 7) pose of the hand's root link, x y z [m] qx qy qz qw
+    joints: Array  # (T, n) [rad], setpoints under position control
+    arm: Array  # (T, a) [rad]
+    setpoints: Array  # (T, m, 3) [m], where the springs of the fingertips end, under impedance control
+    gains: Array  # (m,) [N/m], of these springs
+    joint_names: NDArray[np.str_]  # (n,)
+    arm_joint_names: NDArray[np.str_]  # (a,)
+    finger_names: NDArray[np.str_]  # (m,)
+    checks: tuple[Check, ...]
+    meta: dict[str, Any]  # object, hand, digest of the cloud, rank and start of the grasp, name of the frame
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    @property
+    def clear(self) -> bool:
+        """Whether every check passes."""
+        return all(check.passed for check in self.checks)
+
+    @property
+    def seconds(self) -> float:
+        """How long it lasts [s]."""
+        return float(self.times[-1])
+
+    @property
+    def velocities(self) -> Array:
+        """Of the arm's joints and then the hand's, (T, a + n) [rad/s]: central differences, 0 where a phase ends."""
+        positions = np.hstack([self.arm, self.joints])
+        found = np.gradient(positions, self.times, axis=0)
+        found[self.ends] = 0.0
+        return np.asarray(found)
+
+    @property
+    def ends(self) -> NDArray[np.int64]:
+        """The first sample, and the last of each phase."""
+        return np.array([0, *(self.last(phase) for phase in PHASES)])
+
+    def last(self, phase: str) -> int:
+        """The last sample of a phase."""
+        return int(np.flatnonzero(self.phase == phase)[-1])
+
+    def phase_seconds(self) -> dict[str, float]:
+        """How long each phase lasts [s]."""
+        return dict(zip(PHASES, np.diff(self.times[self.ends]).tolist(), strict=True))
+
+    def told(self) -> list[str]:
+        """In words: how long it takes, how near it comes to what, and what blocks it."""
+        spans = ", ".join(f"{name} {span:.1f}" for name, span in self.phase_seconds().items())
+        least: dict[str, Check] = {}
+        for check in (check for check in self.checks if check.lower > -inf):
+            what = check.name.partition(BETWEEN)[2]
+            least[what] = min(least.get(what, check), check, key=lambda c: c.value)
+        near = "; ".join(f"{what} {_rounded(c)} ({c.name.partition(BETWEEN)[0]})" for what, c in least.items())
+        blocked = [_blocked(check) for check in self.checks if not check.passed]
+        return [f"motion: {self.seconds:.1f} s: {spans}", f"least clearances of the motion [mm]: {near}", *blocked]
+
+
+def _rounded(check: Check) -> str:
+    return f"{round(check.value, 1) + 0.0:.1f}"
+
+
+def _blocked(check: Check) -> str:
+    phase, _, what = check.name.partition(BETWEEN)
+    value = f"{_rounded(check)} {check.unit}"
+    return f"the motion is not clear in the {phase}: {what}, {check.row}: {value}, must be {check.demand}"

@@ -1,0 +1,124 @@
+"""The samples of a grasp's motion, phase by phase.
+
+    approach   wrist from x - l R a straight to the pregrasp x, fingers at the pregrasp: a palm's direction, l stand-off
+    close      wrist still, fingers from the pregrasp to first contact, setpoints of the springs from tips to contacts
+    squeeze    setpoints on to where they press: joints to `joints_squeeze`, springs to the targets
+    lift       all setpoints up by the height of the lift
+
+The share 1 - c of its way to the target that a finger goes until it touches is the close's share of `closing.seconds`,
+the largest of the fingers'; the squeeze has the rest. Each phase goes from rest to rest (`timing`).
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from sgnlp.base.arrays import Array
+from sgnlp.hand.arm import Arm
+from sgnlp.planning.grasps import Grasps
+from sgnlp.planning.motion.following import followed, path_seconds
+from sgnlp.planning.motion.timing import seconds, shares, stated
+from sgnlp.planning.motion.trajectory import APPROACH, CLOSE, LIFT, PHASES, SQUEEZE
+from sgnlp.planning.problem import Problem
+
+UP = np.array([0.0, 0.0, 1.0])
+GRID = 11
+"""Poses of a path, both ends among them, at which it is seen how fast the arm has to move."""
+
+
+@dataclass(frozen=True, eq=False)
+class Way:
+    """T samples; `off` (T,) [m] is how far the arm's wrist is off the path, 0 without an arm."""
+
+    times: Array
+    phase: NDArray[np.str_]
+    wrist: Array
+    joints: Array
+    arm: Array
+    setpoints: Array
+    off: Array
+
+
+class _Corner(NamedTuple):
+    """Where a phase begins or ends: wrist (7,), joints (n,), setpoints (m, 3)."""
+
+    wrist: Array
+    joints: Array
+    setpoints: Array
+
+
+def way(problem: Problem, grasps: Grasps, rank: int, arm_joints: Array) -> Way:
+    """The samples of a grasp; `arm_joints` (a,) are those at the pregrasp, empty without an arm."""
+    motion, wrist = problem.settings.motion, grasps.wrist[rank]
+    back = -motion.standoff * (pin.XYZQUATToSE3(wrist).rotation @ problem.hand.palm)
+    up = motion.lift * UP
+    pregrasp = _Corner(wrist, grasps.joints[rank], grasps.tips_pregrasp[rank])
+    touch = _Corner(wrist, grasps.joints_contact[rank], grasps.contacts[rank])
+    press = _Corner(wrist, grasps.joints_squeeze[rank], grasps.targets[rank])
+    corners = (_shifted(pregrasp, back), pregrasp, touch, press, _shifted(press, up))
+    close, squeeze = _closing_seconds(problem, grasps, rank)
+    lasting = {
+        APPROACH: _path_seconds(problem, arm_joints, wrist, back),
+        CLOSE: close,
+        SQUEEZE: squeeze,
+        LIFT: _path_seconds(problem, arm_joints, wrist, up),
+    }
+    parts: list[tuple[Array, ...]] = []
+    phase: list[str] = []
+    for name, begin, end in zip(PHASES, corners, corners[1:], strict=False):
+        s = shares(lasting[name], motion.step)[0 if not parts else 1 :]  # where phases meet there is one sample
+        wrists, joints, setpoints = (_between(low, high, s) for low, high in zip(begin, end, strict=True))
+        parts.append((wrists, joints, setpoints, *_carried(problem.hand.arm, arm_joints, name, wrists)))
+        phase += [name] * len(s)
+    wrists, joints, setpoints, arm, off = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return Way(motion.step * np.arange(float(len(phase))), np.array(phase), wrists, joints, arm, setpoints, off)
+
+
+def _shifted(corner: _Corner, by: Array) -> _Corner:
+    return _Corner(_moved(corner.wrist, by), corner.joints, corner.setpoints + by)
+
+
+def _moved(wrist: Array, by: Array) -> Array:
+    return wrist + np.concatenate([by, np.zeros(4)])
+
+
+def _between(low: Array, high: Array, s: Array) -> Array:
+    """low + s (high - low), exactly `high` at s = 1 and the same throughout where both are the same."""
+    s = s.reshape(-1, *(1,) * low.ndim)
+    return np.where(low == high, low, (1 - s) * low + s * high)
+
+
+def _closing_seconds(problem: Problem, grasps: Grasps, rank: int) -> tuple[float, float]:
+    """How long the close and the squeeze last [s]."""
+    whole, share = problem.settings.closing.seconds, float(1 - grasps.c[rank].min())
+    limits = problem.settings.motion.speed_share * stated(np.array(problem.hand.model.velocityLimit))
+    touch = grasps.joints_contact[rank]
+    close = seconds(touch - grasps.joints[rank], limits, share * whole)
+    return close, seconds(grasps.joints_squeeze[rank] - touch, limits, (1 - share) * whole)
+
+
+def _path_seconds(problem: Problem, arm_joints: Array, wrist: Array, by: Array) -> float:
+    """How long the wrist takes between its pose (7,) at the pregrasp and that shifted `by` (3,) [m]."""
+    motion, arm = problem.settings.motion, problem.hand.arm
+    least = seconds(np.array([np.linalg.norm(by)]), np.array([motion.speed]))
+    if arm is None:
+        return least
+    poses = _between(wrist, _moved(wrist, by), np.linspace(0.0, 1.0, GRID))
+    return path_seconds(arm, followed(arm, arm_joints, poses)[0], motion.speed_share, least)
+
+
+def _carried(arm: Arm | None, planned: Array, phase: str, wrists: Array) -> tuple[Array, Array]:
+    """The arm's joints (K, a) and errors (K,) for wrist poses (K, 7), from the pregrasp on, where they are as planned.
+
+    The approach is followed from its end.
+    """
+    if arm is None or phase in (CLOSE, SQUEEZE):
+        return np.repeat(planned[None], len(wrists), axis=0), np.zeros(len(wrists))
+    order = -1 if phase == APPROACH else 1
+    joints, off = (found[::order] for found in followed(arm, planned, wrists[::order]))
+    if phase == APPROACH:
+        joints[-1], off[-1] = planned, 0.0
+    return joints, off
