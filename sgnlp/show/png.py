@@ -18,6 +18,7 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.show.camera import AZIMUTH, GAP, ROW, ROWS, axes_of_view, beside, placed
 from sgnlp.show.scene_parts import (
+    ARM,
     BALL,
     CLOUD,
     COIL,
@@ -49,7 +50,7 @@ FAINT = 0.25
 """Points of the cloud are seen through, as what they lie on has to be seen."""
 MAP = "viridis"
 """Colours of the deviation, which all see in the same order."""
-WIDE = (TABLE, OBSTACLES)
+WIDE = (TABLE, OBSTACLES, ARM)
 """Layers that may reach beyond the picture."""
 MARKERS = {BALL: "o", CUBE: "s", DIAMOND: "D", FAN: "^", POINT: "."}
 """Matplotlib's markers for the glyphs of the legend that are one point."""

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from sgnlp.base import palette
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
+from sgnlp.hand.arm import Arm
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.meshes import link_meshes, link_poses, mesh_links
 from sgnlp.planning.grasps import Grasps
@@ -23,7 +24,7 @@ from sgnlp.planning.surroundings import Surroundings
 from sgnlp.show import sheets
 from sgnlp.show.scene_around import around
 from sgnlp.show.scene_motion import frames
-from sgnlp.show.scene_parts import CLOUD, CONTACTS, HAND, NORMALS, SPRINGS, Scene, Shape, Stage, View, named
+from sgnlp.show.scene_parts import ARM, CLOUD, CONTACTS, HAND, NORMALS, SPRINGS, Scene, Shape, Stage, View, named
 from sgnlp.show.scene_shapes import ARROW, axes, coil, cone, segments, solid, spheres, surface, table
 
 HAND_OPACITY = 0.35
@@ -82,6 +83,12 @@ def links(hand: Hand, opacity: float = HAND_OPACITY) -> tuple[Shape, ...]:
         Shape(HAND, mesh.vertices, mesh.faces, colours.get(link, palette.lightened(colour)), opacity=opacity)
         for mesh, colour, link in meshes
     )
+
+
+def arm_links(arm: Arm, opacity: float = HAND_OPACITY) -> tuple[Shape, ...]:
+    """The meshes of an arm's links in their own frames, dark ones lightened; raises as `links`."""
+    pairs = zip(*link_meshes(arm), strict=True)
+    return tuple(Shape(ARM, m.vertices, m.faces, palette.lightened(colour), opacity=opacity) for m, colour in pairs)
 
 
 def view(grasps: Grasps, rank: int, hand: Hand, problem: Problem | None) -> View:

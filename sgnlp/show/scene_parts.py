@@ -10,10 +10,10 @@ from sgnlp.show.sheets import Sheet
 
 HAND, SURFACE, CLOUD, TABLE, AXES, FRAMES = "hand", "surface", "cloud", "table", "axes", "frame axes"
 CONTACTS, NORMALS, CONES, SPRINGS, SPHERES = "contacts", "normals", "friction cones", "springs", "collision spheres"
-OBJECT, FORCES = "object", "forces"
+OBJECT, FORCES, ARM = "object", "forces", "arm"
 OBSTACLES, AVOID, TOUCH = "obstacles", "regions to avoid", "regions to touch"
 LAYERS = (
-    *(HAND, SURFACE, OBJECT, CLOUD, CONTACTS, NORMALS, CONES, SPRINGS, FORCES, SPHERES, FRAMES),
+    *(HAND, ARM, SURFACE, OBJECT, CLOUD, CONTACTS, NORMALS, CONES, SPRINGS, FORCES, SPHERES, FRAMES),
     *(OBSTACLES, AVOID, TOUCH, TABLE, AXES),
 )
 """What can be switched on and off."""
@@ -37,6 +37,7 @@ class Entry:
 BALL, CUBE, DIAMOND, PATCH, LINE, FAN, COIL, POINT = "●■◆▬━▲≈·"
 LEGEND = (
     Entry(HAND, PATCH, palette.STONE, "hand, its pads in the fingers' colours"),
+    Entry(ARM, PATCH, palette.STONE, "arm"),
     Entry(CLOUD, POINT, palette.INK, "measured points"),
     Entry(SURFACE, PATCH, palette.SKY, "fitted surface, coloured by its deviation ± σ [mm]", graded=True),
     Entry(OBJECT, PATCH, palette.SKY, "true object"),

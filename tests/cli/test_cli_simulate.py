@@ -21,6 +21,7 @@ from sgnlp.show.camera import placed
 from sgnlp.show.scene_parts import NEWTON
 from sgnlp.show.simulation_pictures import ends, scene
 from sgnlp.simulation import SimulationSettings, execute
+from sgnlp.simulation.prepared import Prepared
 
 HAND = load_hand("allegro_left")
 SHORT = ("--hold-time", "0.3", "--push-time", "0.2")
@@ -145,7 +146,7 @@ def test_a_picture_shows_hand_object_and_forces_where_the_simulation_had_them():
     thing, settings = box(), SimulationSettings(hold_time=0.3, push_time=0.2, push_weights=0)
     asked = grip(HAND, *faces(0.06, 0.045))
     outcome = execute(asked, thing, HAND, settings)
-    shown = scene(asked, thing, HAND, settings, outcome, "box")
+    shown = scene(Prepared(asked, HAND, None), thing, settings, outcome, "box")
     assert [view.title.split(",")[0] for view in shown.views] == ["pregrasp", "close", "lift", "hold"]
     for rank, row in enumerate(ends(outcome.trace).values()):
         shapes, tips = placed(shown, rank, 0), outcome.trace.tips[row]

@@ -31,9 +31,12 @@ def trajectory(
         InputError: the hand is on an arm whose joints are not given.
     """
     arm = problem.hand.arm
+    arm_joints = grasps.arm[rank, 0] if arm_joints is None else arm_joints
     if arm is not None and (arm_joints is None or len(arm_joints) != len(arm.joint_names)):
         raise InputError(f"the hand is on the arm '{arm.name}': give its {len(arm.joint_names)} joints at the pregrasp")
-    made = way(problem, grasps, rank, np.empty(0) if arm is None or arm_joints is None else arm_joints)
+    settings = problem.settings
+    carried = np.empty(0) if arm is None or arm_joints is None else arm_joints
+    made = way(problem.hand, settings.motion, settings.closing, grasps, rank, carried)
     load = points @ grasps.rotation_eq[rank].T + grasps.translation_eq[rank]
     meta = {name: grasps.meta.get(name) for name in ("object", "hand", "input_digest")}
     return Trajectory(

@@ -17,12 +17,13 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.settings import Closing, Motion
 from sgnlp.hand.arm import Arm
+from sgnlp.hand.hand import Hand
 from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.motion.following import followed, path_seconds
 from sgnlp.planning.motion.timing import seconds, shares, stated
 from sgnlp.planning.motion.trajectory import APPROACH, CLOSE, LIFT, PHASES, SQUEEZE
-from sgnlp.planning.problem import Problem
 
 UP = np.array([0.0, 0.0, 1.0])
 GRID = 11
@@ -50,28 +51,28 @@ class _Corner(NamedTuple):
     setpoints: Array
 
 
-def way(problem: Problem, grasps: Grasps, rank: int, arm_joints: Array) -> Way:
+def way(hand: Hand, motion: Motion, closing: Closing, grasps: Grasps, rank: int, arm_joints: Array) -> Way:
     """The samples of a grasp; `arm_joints` (a,) are those at the pregrasp, empty without an arm."""
-    motion, wrist = problem.settings.motion, grasps.wrist[rank]
-    back = -motion.standoff * (pin.XYZQUATToSE3(wrist).rotation @ problem.hand.palm)
+    wrist = grasps.wrist[rank]
+    back = -motion.standoff * (pin.XYZQUATToSE3(wrist).rotation @ hand.palm)
     up = motion.lift * UP
     pregrasp = _Corner(wrist, grasps.joints[rank], grasps.tips_pregrasp[rank])
     touch = _Corner(wrist, grasps.joints_contact[rank], grasps.contacts[rank])
     press = _Corner(wrist, grasps.joints_squeeze[rank], grasps.targets[rank])
     corners = (_shifted(pregrasp, back), pregrasp, touch, press, _shifted(press, up))
-    close, squeeze = _closing_seconds(problem, grasps, rank)
+    close, squeeze = _closing_seconds(hand, motion, closing, grasps, rank)
     lasting = {
-        APPROACH: _path_seconds(problem, arm_joints, wrist, back),
+        APPROACH: _path_seconds(hand.arm, motion, arm_joints, wrist, back),
         CLOSE: close,
         SQUEEZE: squeeze,
-        LIFT: _path_seconds(problem, arm_joints, wrist, up),
+        LIFT: _path_seconds(hand.arm, motion, arm_joints, wrist, up),
     }
     parts: list[tuple[Array, ...]] = []
     phase: list[str] = []
     for name, begin, end in zip(PHASES, corners, corners[1:], strict=False):
         s = shares(lasting[name], motion.step)[0 if not parts else 1 :]  # where phases meet there is one sample
         wrists, joints, setpoints = (_between(low, high, s) for low, high in zip(begin, end, strict=True))
-        parts.append((wrists, joints, setpoints, *_carried(problem.hand.arm, arm_joints, name, wrists)))
+        parts.append((wrists, joints, setpoints, *_carried(hand.arm, arm_joints, name, wrists)))
         phase += [name] * len(s)
     wrists, joints, setpoints, arm, off = (np.concatenate(column) for column in zip(*parts, strict=True))
     return Way(motion.step * np.arange(float(len(phase))), np.array(phase), wrists, joints, arm, setpoints, off)
@@ -91,18 +92,17 @@ def _between(low: Array, high: Array, s: Array) -> Array:
     return np.where(low == high, low, (1 - s) * low + s * high)
 
 
-def _closing_seconds(problem: Problem, grasps: Grasps, rank: int) -> tuple[float, float]:
+def _closing_seconds(hand: Hand, motion: Motion, closing: Closing, grasps: Grasps, rank: int) -> tuple[float, float]:
     """How long the close and the squeeze last [s]."""
-    whole, share = problem.settings.closing.seconds, float(1 - grasps.c[rank].min())
-    limits = problem.settings.motion.speed_share * stated(np.array(problem.hand.model.velocityLimit))
+    whole, share = closing.seconds, float(1 - grasps.c[rank].min())
+    limits = motion.speed_share * stated(np.array(hand.model.velocityLimit))
     touch = grasps.joints_contact[rank]
     close = seconds(touch - grasps.joints[rank], limits, share * whole)
     return close, seconds(grasps.joints_squeeze[rank] - touch, limits, (1 - share) * whole)
 
 
-def _path_seconds(problem: Problem, arm_joints: Array, wrist: Array, by: Array) -> float:
+def _path_seconds(arm: Arm | None, motion: Motion, arm_joints: Array, wrist: Array, by: Array) -> float:
     """How long the wrist takes between its pose (7,) at the pregrasp and that shifted `by` (3,) [m]."""
-    motion, arm = problem.settings.motion, problem.hand.arm
     least = seconds(np.array([np.linalg.norm(by)]), np.array([motion.speed]))
     if arm is None:
         return least

@@ -1,0 +1,57 @@
+"""What stands around the object, fixed: boxes, balls, cylinders and half-spaces."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from sgnlp.perception.shape import FAR, Shape
+from sgnlp.simulation.body import Body
+from sgnlp.simulation.scene import OBJECT, SHOWN, touchable
+from sgnlp.simulation.settings import SimulationSettings
+
+OBSTACLE = "obstacle/"
+"""Prefix of the bodies; a shape's own name may occur several times."""
+OVERLAP = 1e-3
+"""What the object is deeper in than this [m] where it was given cannot be there: the two do not touch."""
+
+
+def add_obstacles(spec: Any, obstacles: Sequence[Shape], body: Body, settings: SimulationSettings) -> None:
+    """Add the shapes, grown by their radius; their edges are sharp. They touch all but each other and the table.
+
+    A box around what a camera saw is rounded outwards, and may reach into the object beside it.
+    """
+    for i, shape in enumerate(obstacles):
+        solid = spec.worldbody.add_body(name=f"{OBSTACLE}{i}", **_place(shape))
+        geom = solid.add_geom(name=f"{OBSTACLE}{i}", group=SHOWN, **_form(shape))
+        touchable(geom, settings)
+        if shape.distance(body.vertices).min() < -OVERLAP:
+            spec.add_exclude(bodyname1=solid.name, bodyname2=OBJECT)
+
+
+def _place(shape: Shape) -> dict[str, Any]:
+    import mujoco
+
+    turn, middle = np.zeros(4), np.asarray(shape.centre, float)
+    mujoco.mju_mat2Quat(turn, np.ascontiguousarray(shape.rotation, float).ravel())
+    if _endless(shape):
+        middle = middle + shape.rotation[:, 2] * (shape.half[2] + shape.radius)
+    return {"pos": middle, "quat": turn}
+
+
+def _form(shape: Shape) -> dict[str, Any]:
+    import mujoco
+
+    kind, half = mujoco.mjtGeom, shape.half + shape.radius
+    if shape.circular:
+        return {"type": kind.mjGEOM_CYLINDER, "size": [half[0], half[2], 0.0]}
+    if _endless(shape):
+        return {"type": kind.mjGEOM_PLANE, "size": [FAR, FAR, 1.0]}
+    if not shape.half.any():
+        return {"type": kind.mjGEOM_SPHERE, "size": [shape.radius, 0.0, 0.0]}
+    return {"type": kind.mjGEOM_BOX, "size": half}
+
+
+def _endless(shape: Shape) -> bool:
+    """Whether it is a half-space."""
+    return not shape.circular and bool((shape.half >= FAR).all())
