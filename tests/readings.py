@@ -71,11 +71,15 @@ class Played:
         self.taken: list[str] = []
         """The phases that were begun."""
         self._depth = {"object": 0.0, "table": 0.0, "self": 0.0, "obstacles": 0.0} | changes.get("depth", {})
+        self._overlaps = changes.get("overlaps", ())
         self._phases = {"approach": changes.get("approach", ()), "close": close, "lift": lift, "hold": hold}
         self._pushes = changes.get("pushes", {})
 
     def penetrations(self):
         return self._depth
+
+    def overlaps(self):
+        return self._overlaps
 
     def approach(self):
         return self._play("approach") if self._phases["approach"] else iter(())

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.planning.motion.trajectory import APPROACH
-from sgnlp.simulation.outcome import ARM, EARLY, OBSTACLE, THING, Knock
+from sgnlp.simulation.outcome import ARM, EARLY, OBSTACLE, PREGRASP, THING, Knock
 from sgnlp.simulation.scene import TABLE
 from sgnlp.simulation.world import World
 
@@ -65,20 +65,35 @@ def knocks(world: World, data: Any, phase: str) -> tuple[Knock, ...]:
     import mujoco
 
     found: dict[tuple[str, str, str], Knock] = {}
-    if not world.obstacles and not world.arm_geoms and phase != APPROACH:
-        return ()
-    for i in range(data.ncon):
-        contact = data.contact[i]
-        one, other = contact.geom.tolist()
-        told = _told(world, one, other, phase)
-        if told is None or contact.efc_address < 0:
+    for i, told in _unwanted(world, data, phase):
+        if data.contact[i].efc_address < 0:
             continue
         wrench = np.zeros(6)
         mujoco.mj_contactForce(world.model, data, i, wrench)
         before = found.get(told)
-        depth, force = max(-float(contact.dist), before.depth if before else 0.0), abs(float(wrench[0]))
-        found[told] = Knock(phase, *told, depth, force + (before.force if before else 0.0))
+        depth = max(-float(data.contact[i].dist), before.depth if before else 0.0)
+        force = abs(float(wrench[0])) + (before.force if before else 0.0)
+        found[told] = Knock(phase, *told, depth=depth, force=force)
     return tuple(found.values())
+
+
+def overlaps(world: World, data: Any) -> tuple[Knock, ...]:
+    """The same of what is put where it is, without forces: the pregrasp."""
+    found: dict[tuple[str, str, str], float] = {}
+    for i, told in _unwanted(world, data, PREGRASP):
+        found[told] = max(found.get(told, 0.0), -float(data.contact[i].dist))
+    return tuple(Knock(PREGRASP, *told, depth=depth, force=0.0) for told, depth in found.items() if depth > 0)
+
+
+def _unwanted(world: World, data: Any, phase: str) -> Iterator[tuple[int, tuple[str, str, str]]]:
+    """The places of these contacts, with kind, part and what it touches."""
+    if not world.obstacles and not world.arm_geoms and phase != APPROACH:
+        return
+    for i in range(data.ncon):
+        one, other = data.contact[i].geom.tolist()
+        told = _told(world, one, other, phase)
+        if told is not None:
+            yield i, told
 
 
 def _told(world: World, one: int, other: int, phase: str) -> tuple[str, str, str] | None:

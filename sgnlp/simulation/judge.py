@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,16 +55,18 @@ def judge(experiment: Experiment, command: Command) -> Outcome:
     pregrasp, depth = _pregrasp(experiment), settings.max_penetration
     inside = (pregrasp.penetration_object, pregrasp.penetration_table, pregrasp.penetration_obstacles)
     if max(inside) > depth:
-        return Outcome("in collision", 0.0, 0.0, pregrasp, None, None, (), experiment.recorder.trace())
-    coming = _finite(experiment.approach())
-    closing = _finite(experiment.close()) if _goes_on(coming, settings) else []
-    lifting = _finite(experiment.lift()) if closing and _goes_on(closing, settings) else []
-    clear = bool(lifting) and _goes_on(lifting, settings) and _clearance(lifting[-1:], body) > CLEAR
-    holding = _finite(experiment.hold()) if clear else []
+        deep = tuple(knock for knock in experiment.overlaps() if knock.depth > depth)
+        return Outcome("in collision", 0.0, 0.0, pregrasp, None, None, (), experiment.recorder.trace(), deep)
+    force = settings.collision_force
+    coming = _finite(experiment.approach(), force)
+    closing = _finite(experiment.close(), force) if _goes_on(coming, force) else []
+    lifting = _finite(experiment.lift(), force) if closing and _goes_on(closing, force) else []
+    clear = bool(lifting) and _goes_on(lifting, force) and _clearance(lifting[-1:], body) > CLEAR
+    holding = _finite(experiment.hold(), force) if clear else []
     readings = [*closing, *lifting, *holding]
     shut = closed(experiment, closing, command) if closing and closing[-1].finite else None
     lifted = _lift(experiment, lifting, holding, body) if lifting and readings[-1].finite else None
-    hit = _collided([*coming, *readings], settings)
+    hit = any(_collided(reading, force) for reading in (*coming, *readings))
     ending, strict = (
         "in collision" if hit else _ending(lifted, bool(holding), settings, rise)
         for rise in (settings.rise, settings.rise_strict)
@@ -84,14 +87,13 @@ def judge(experiment: Experiment, command: Command) -> Outcome:
     )
 
 
-def _goes_on(readings: list[Reading], settings: SimulationSettings) -> bool:
-    """Whether the next phase begins: nothing diverged, and no robot has stopped because it hit something."""
-    return not readings or (readings[-1].finite and not _collided(readings, settings))
+def _goes_on(readings: list[Reading], force: float) -> bool:
+    """Whether the next phase begins: nothing diverged, and the robot has not stopped because it hit something."""
+    return not readings or (readings[-1].finite and not _collided(readings[-1], force))
 
 
-def _collided(readings: list[Reading], settings: SimulationSettings) -> bool:
-    force = settings.collision_force
-    return any(knock.collision(force) for reading in readings for knock in reading.knocks)
+def _collided(reading: Reading, force: float) -> bool:
+    return any(knock.collision(force) for knock in reading.knocks)
 
 
 def worst(readings: Iterable[Reading]) -> tuple[Knock, ...]:
@@ -117,12 +119,12 @@ def _carriage(coming: list[Reading], closing: list[Reading], rising: list[Readin
     )
 
 
-def _finite(phase: Iterable[Reading]) -> list[Reading]:
-    """The readings of a phase, up to the first that is not finite."""
+def _finite(phase: Iterable[Reading], force: float = inf) -> list[Reading]:
+    """The readings of a phase, up to the first that is not finite, or where the robot hits something at a force [N]."""
     readings = []
     for reading in phase:
         readings.append(reading)
-        if not reading.finite:
+        if not reading.finite or _collided(reading, force):
             break
     return readings
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from sgnlp.perception.shape import FAR, Shape
 from sgnlp.simulation.body import Body
-from sgnlp.simulation.scene import OBJECT, SHOWN, touchable
+from sgnlp.simulation.scene import OBJECT, SHOWN, add_object, compiled, empty_scene, touchable
 from sgnlp.simulation.settings import SimulationSettings
 
 OBSTACLE = "obstacle/"
@@ -17,16 +17,35 @@ OVERLAP = 1e-3
 
 
 def add_obstacles(spec: Any, obstacles: Sequence[Shape], body: Body, settings: SimulationSettings) -> None:
-    """Add the shapes, grown by their radius; their edges are sharp. They touch all but each other and the table.
+    """Add the shapes to a scene with the object, grown by their radius; their edges are sharp.
 
-    A box around what a camera saw is rounded outwards, and may reach into the object beside it.
+    They touch all but each other, the table, and the object where they reach into it: a box around what a camera saw is
+    rounded outwards.
     """
+    _add(spec, obstacles, settings)
+    for i in _reaching(obstacles, body, settings) if obstacles else ():
+        spec.add_exclude(bodyname1=f"{OBSTACLE}{i}", bodyname2=OBJECT)
+
+
+def _add(spec: Any, obstacles: Sequence[Shape], settings: SimulationSettings) -> None:
     for i, shape in enumerate(obstacles):
         solid = spec.worldbody.add_body(name=f"{OBSTACLE}{i}", **_place(shape))
-        geom = solid.add_geom(name=f"{OBSTACLE}{i}", group=SHOWN, **_form(shape))
-        touchable(geom, settings)
-        if shape.distance(body.vertices).min() < -OVERLAP:
-            spec.add_exclude(bodyname1=solid.name, bodyname2=OBJECT)
+        touchable(solid.add_geom(name=f"{OBSTACLE}{i}", group=SHOWN, **_form(shape)), settings)
+
+
+def _reaching(obstacles: Sequence[Shape], body: Body, settings: SimulationSettings) -> list[int]:
+    """Which obstacles the object is in where it was given."""
+    import mujoco
+
+    spec = empty_scene(body, settings)
+    add_object(spec, body, settings)
+    _add(spec, obstacles, settings)
+    model = compiled(spec)
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    places = {model.geom(f"{OBSTACLE}{i}").id: i for i in range(len(obstacles))}
+    deep = (data.contact[i] for i in range(data.ncon) if data.contact[i].dist < -OVERLAP)
+    return sorted({places[geom] for contact in deep for geom in contact.geom.tolist() if geom in places})
 
 
 def _place(shape: Shape) -> dict[str, Any]:

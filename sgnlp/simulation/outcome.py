@@ -10,6 +10,7 @@ Array = NDArray[np.float64]
 
 Ending = Literal["held", "slid", "dropped", "not lifted", "in collision", "diverged"]
 
+PREGRASP = "pregrasp"
 OBSTACLE, ARM, EARLY = "obstacle", "arm", "approach"
 """Kinds of a knock."""
 THING = "object"
@@ -37,7 +38,7 @@ class Knock:
     part: str  # link of hand or arm, or "object"
     hit: str  # name of an obstacle; "table", "object", or a link of the hand
     depth: float  # [m]
-    force: float  # [N], normal
+    force: float  # [N], normal; 0 at the pregrasp, where hand and arm are put to see how deep they are
 
     def collision(self, force: float) -> bool:
         """Whether a robot would stop there, at a force [N]: its hand or arm hit what it should stay clear of."""

@@ -19,8 +19,9 @@ from sgnlp.perception.shape import Shape
 from sgnlp.planning.motion.trajectory import APPROACH
 from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.simulation.body import Body
-from sgnlp.simulation.contacts import penetrations
+from sgnlp.simulation.contacts import overlaps, penetrations
 from sgnlp.simulation.driver import Driver
+from sgnlp.simulation.outcome import Knock
 from sgnlp.simulation.recorder import Reading, Recorder
 from sgnlp.simulation.route import Leg, Route
 from sgnlp.simulation.settings import ROUNDING, SAMPLE, SimulationSettings
@@ -58,9 +59,11 @@ class Experiment:
         self.data.qpos[self.world.object_place] = settled(body, settings, obstacles)
         self.data.qpos[self.world.hand_joints] = hand.moving_angles(command.joints)
         self.controller = Controller(hand, command, law(settings))
-        self._penetrations: dict[str, float] | None = None
-        self._driver = self._stand_off(route) if route else None
+        if route:
+            self.data.qpos[self.world.carrier] = route.approach.end
         mujoco.mj_fwdPosition(self.world.model, self.data)
+        self._inside = penetrations(self.world, self.data), overlaps(self.world, self.data)
+        self._driver = self._stand_off(route) if route else None
         self.act()
         mujoco.mj_forward(self.world.model, self.data)
         hull = body.vertices[ConvexHull(body.vertices).vertices]
@@ -69,21 +72,23 @@ class Experiment:
         self.begin = self.recorder.read(self.data, APPROACH if route else "pregrasp")
 
     def _stand_off(self, route: Route) -> Driver:
-        """Go back from the pregrasp, where overlaps are found, to where the approach begins; it ends at time 0."""
+        """Go back from the pregrasp to where the approach begins; it ends at time 0."""
         import mujoco
 
-        self.data.qpos[self.world.carrier] = route.approach.end
-        mujoco.mj_fwdPosition(self.world.model, self.data)
-        self._penetrations = penetrations(self.world, self.data)
         driver = Driver(self.world, self.data, route.approach.end, self.settings)
         self.data.qpos[self.world.carrier] = route.approach.coordinates[0]
         driver.drive(self.data, route.approach, 0.0)
         self.data.time = -SAMPLE * samples(route.approach)
+        mujoco.mj_fwdPosition(self.world.model, self.data)
         return driver
 
     def penetrations(self) -> dict[str, float]:
         """Of hand and arm at the planned pregrasp [m]."""
-        return penetrations(self.world, self.data) if self._penetrations is None else self._penetrations
+        return self._inside[0]
+
+    def overlaps(self) -> tuple[Knock, ...]:
+        """What the hand and the arm are in at the planned pregrasp, and should not."""
+        return self._inside[1]
 
     def approach(self) -> Iterator[Reading]:
         """Along the route to the pregrasp, the fingers as they are there; nothing without a route."""

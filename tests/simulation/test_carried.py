@@ -23,7 +23,7 @@ from sgnlp.simulation.obstacles import OBSTACLE, add_obstacles
 from sgnlp.simulation.prepared import prepared
 from sgnlp.simulation.protocol import Experiment
 from sgnlp.simulation.route import route
-from sgnlp.simulation.scene import OBJECT, compiled, empty_scene
+from sgnlp.simulation.scene import OBJECT, add_object, compiled, empty_scene
 
 FLOATING = load_hand("allegro_left")
 CARRIED = load_hand("allegro_left", arm="panda")
@@ -32,7 +32,6 @@ SETTINGS = SimulationSettings(push_weights=0.0, hold_time=0.2)
 COMING = motion(FLOATING, TOLD.wrist)
 LIFT = 0.06
 """Height of the motions [m]."""
-ASIDE = np.array([0.03, 0.0, 0.02])
 
 
 @pytest.fixture(scope="module")
@@ -72,9 +71,11 @@ def test_an_arm_is_off_its_path_by_less_than_a_millimetre_with_the_object_in_the
 
 def test_the_wrist_goes_from_the_stand_off_to_the_pregrasp_and_up(carried, lifted):
     trace = lifted.trace
-    np.testing.assert_allclose(trace.wrist[0], carried.wrist[0], atol=1e-6)
+    turn = [pin.XYZQUATToSE3(pose).rotation for pose in (trace.wrist[0], carried.wrist[0])]
+    np.testing.assert_allclose(turn[0], turn[1], atol=1e-6)
+    np.testing.assert_allclose(trace.wrist[0, :3], carried.wrist[0, :3], atol=1e-6)
     np.testing.assert_allclose(trace.wrist[trace.phase == "approach"][-1][:3], TOLD.wrist[:3], atol=5e-4)
-    np.testing.assert_allclose(trace.wrist[-1][:3], TOLD.wrist[:3] + [0, 0, LIFT], atol=1e-3)
+    np.testing.assert_allclose(trace.wrist[-1][:3], np.add(TOLD.wrist[:3], [0, 0, LIFT]), atol=1e-3)
 
 
 def test_the_drives_of_an_arm_at_rest_bear_the_weight_of_arm_and_hand(carried):
@@ -92,7 +93,7 @@ def test_the_drives_of_an_arm_at_rest_bear_the_weight_of_arm_and_hand(carried):
 def test_a_servo_gives_way_by_its_effort_at_the_give_of_the_settings_and_is_damped_critically(carried):
     run = experiment(carried, CARRIED)
     model, mass = run.world.model, np.zeros((run.world.model.nv,) * 2)
-    run.data.qpos[run.world.carrier] = carried.arm[-1] if False else route(carried, TOLD, CARRIED).approach.end
+    run.data.qpos[run.world.carrier] = route(carried, TOLD, CARRIED).approach.end
     mujoco.mj_forward(model, run.data)
     mujoco.mj_fullM(model, run.data, mass)
     stiffness = model.actuator_gainprm[-7:, 0]
@@ -113,10 +114,17 @@ def test_an_arm_whose_base_is_elsewhere_than_told_brings_the_hand_beside_its_pla
 
 
 def test_what_stands_in_the_way_of_the_arm_is_found_and_named(carried):
-    elbow = np.array([-0.2, 0.0, 0.55])
-    outcome = execute(TOLD, box(), CARRIED, SETTINGS, (Shape.box(elbow, [0.3, 0.3, 0.3], name="shelf"),), carried)
-    assert outcome.ending == "in collision"
+    stool = Shape.box([-0.22, 0.0, 0.055], [0.1, 0.1, 0.11], name="stool")  # below the last links
+    outcome = execute(TOLD, box(), CARRIED, SETTINGS, (stool,), carried)
+    assert (outcome.ending, outcome.closing) == ("in collision", None)
     assert outcome.pregrasp.penetration_obstacles > SETTINGS.max_penetration
+    assert outcome.obstacles_touched == ("stool",)
+    assert {knock.part for knock in outcome.knocks} <= {f"panda_link{i}" for i in (5, 6, 7)}
+    unseen = replace(SETTINGS, max_penetration=1.0)  # it goes there, and stops where it hits
+    outcome = execute(TOLD, box(), CARRIED, unseen, (stool,), carried)
+    assert (outcome.ending, outcome.closing) == ("in collision", None)
+    assert {knock.phase for knock in outcome.knocks} == {"approach"}
+    assert max(knock.force for knock in outcome.knocks) >= SETTINGS.collision_force
 
 
 # A wrist that floats -------------------------------------------------------------------------------------------------
@@ -154,9 +162,8 @@ def test_without_obstacles_and_motion_nothing_changes_and_what_is_far_away_chang
 
 
 def test_an_obstacle_in_the_way_of_the_approach_is_found_and_named_and_ends_the_motion():
-    middle = (COMING.wrist[0, :3] + TOLD.wrist[:3]) / 2
-    beside = TOLD.tips.mean(axis=0) + (middle - TOLD.wrist[:3])
-    shelf = Shape.box(beside + [0.0, 0.14, 0.0], [0.3, 0.2, 0.004], name="shelf")
+    shelf = Shape.box([-0.03, 0.0, 0.2], [0.1, 0.1, 0.02], name="shelf")  # above the hand at the pregrasp
+    assert execute(TOLD, box(), FLOATING, replace(SETTINGS, lift_height=0.01), (shelf,)).knocks == ()
     outcome = execute(TOLD, box(), FLOATING, SETTINGS, (shelf,), COMING)
     assert outcome.ending == "in collision"
     assert outcome.score == outcome.score_strict == 0.0
@@ -167,10 +174,14 @@ def test_an_obstacle_in_the_way_of_the_approach_is_found_and_named_and_ends_the_
 
 
 def test_what_the_lifted_object_hits_is_told_of_and_not_called_a_collision():
-    over = Shape.box([0.0, 0.0, 0.08 + 0.03 + 0.01], [0.02, 0.02, 0.02], name="hook")
-    outcome = execute(TOLD, box(), FLOATING, replace(SETTINGS, collision_force=1e6), (over,), COMING)
-    (knock, *_) = [knock for knock in outcome.knocks if knock.part == OBJECT]
-    assert (knock.phase, knock.hit, knock.kind) == ("lift", "hook", "obstacle")
+    hook = Shape.box([0.0, 0.13, 0.12], [0.02, 0.02, 0.02], name="hook")  # above an end of the object, beside the hand
+    outcome = execute(TOLD, box(y=0.28), FLOATING, SETTINGS, (hook,), COMING)
+    assert {(knock.phase, knock.part, knock.hit, knock.kind) for knock in outcome.knocks} == {
+        (phase, OBJECT, "hook", "obstacle") for phase in dict.fromkeys(k.phase for k in outcome.knocks)
+    }
+    assert outcome.knocks[0].phase == "lift"
+    assert outcome.obstacles_touched == ("hook",)
+    assert outcome.ending != "in collision"
 
 
 # Obstacles -----------------------------------------------------------------------------------------------------------
@@ -188,16 +199,18 @@ SHAPES = {
 @pytest.mark.parametrize("name", SHAPES)
 def test_an_obstacle_of_the_simulation_is_where_its_shape_is(name):
     shape, spec = SHAPES[name], empty_scene(box(), SETTINGS)
+    add_object(spec, box(), SETTINGS)
     add_obstacles(spec, [shape], box(), SETTINGS)
     probe = spec.worldbody.add_body(name="probe")
     probe.add_freejoint()
     probe.add_geom(name="probe", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[1e-3, 0, 0], mass=1.0)
     model = compiled(spec)
     data, rng = mujoco.MjData(model), np.random.default_rng(0)
+    place = int(model.jnt_qposadr[model.body("probe").jntadr[0]])
     ends = (model.geom("probe").id, model.geom(f"{OBSTACLE}0").id)
     for direction in rng.normal(size=(20, 3)):
         point = shape.centre + (10.0 if name == "half-space" else 0.0) * shape.rotation[:, 2] + 0.3 * direction
-        data.qpos[:3] = point
+        data.qpos[place : place + 3] = point
         mujoco.mj_forward(model, data)
         found, expected = mujoco.mj_geomDistance(model, data, *ends, 10.0, None) + 1e-3, shape.distance(point[None])[0]
         if expected > 0.02:
@@ -206,9 +219,13 @@ def test_an_obstacle_of_the_simulation_is_where_its_shape_is(name):
 
 
 def test_what_reaches_into_the_object_does_not_push_it_and_what_is_beside_it_does():
-    inside = Shape.box([0.0, 0.06, 0.04], [0.05, 0.05, 0.08], name="guess")
-    still = execute(TOLD, box(), FLOATING, SETTINGS, (inside.moved(np.array([0.0, 0.0, -0.02])),))
-    assert still.pregrasp.settle_shift < 1e-4
+    inside = Shape.box([0.0, 0.06, 0.02], [0.05, 0.05, 0.04], name="guess")  # 10 mm deep in the object
+    still = execute(TOLD, box(), FLOATING, SETTINGS, (inside,))
+    assert (still.ending, still.pregrasp.settle_shift < 1e-4, still.knocks) == ("held", True, ())
+    ramp = Shape.box([0.0, 0.0, -0.0005], [0.2, 0.2, 0.002], name="tray")  # the object stands 0.5 mm deep in it
+    raised = execute(TOLD, box(), FLOATING, SETTINGS, (ramp,))
+    assert raised.pregrasp.settle_shift == pytest.approx(5e-4, abs=1e-4)
+    assert {knock.hit for knock in raised.knocks if knock.part == OBJECT} == {"tray"}
 
 
 # Motions that do not fit ---------------------------------------------------------------------------------------------
@@ -220,7 +237,7 @@ def test_a_motion_of_another_grasp_or_arm_is_refused(carried):
     with pytest.raises(InputError, match="moves 0 joints of an arm, and there are 7"):
         route(COMING, TOLD, CARRIED)
     with pytest.raises(InputError, match="does not end at the pregrasp"):
-        route(COMING, replace(TOLD, wrist=TOLD.wrist + [0.01, 0, 0, 0, 0, 0, 0]), FLOATING)
+        route(COMING, replace(TOLD, wrist=np.add(TOLD.wrist, [0.01, 0, 0, 0, 0, 0, 0])), FLOATING)
 
 
 def test_a_wrist_that_floats_does_not_turn():
