@@ -150,8 +150,9 @@ class Limits(Checked):
     camera is known (`free_space.reserve`)"""
     wrist_travel: Positive = 0.3
     """largest displacement of the wrist from its start, along each axis [m]"""
-    obstacle_margin: float = 0.005
-    """least clearance of the hand from obstacles at the pregrasp, at first contact, on the approach and the lift [m]"""
+    obstacle_margin: float = 0.012
+    """least clearance of hand and arm from obstacles on the whole way [m]: edges of the palm reach so far out of the
+    spheres"""
     dexterity: Annotated[float, (1e-6, 1.0)] = 0.2
     """least manipulability √det(J Jᵀ) of an arm at the pregrasp over that at its home, away from singularities"""
     region_margin: float = 0.003

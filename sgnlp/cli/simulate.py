@@ -110,7 +110,7 @@ class Simulate:
         if not (hand.arm or self.motion):
             return None
         asked = reopen.settings(grasps.meta)
-        return way(hand, asked.motion, asked.closing, grasps, rank, grasps.arm[rank, 0])
+        return way(hand, asked.motion, asked.closing, grasps, rank)
 
     def _loaded(self, grasps: Grasps, seen: Observation) -> tuple[SimulationSettings, str]:
         """The settings with mass and friction as they are given, or else as asked for, and a line that says which."""

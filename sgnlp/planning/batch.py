@@ -126,7 +126,7 @@ def survey(task: Task, file: Path) -> tuple[str, str]:
         return observation.name, observation.digest
 
 
-Planned = tuple[Grasps, dict[str, Any], dict[str, Any], dict[str, bytes | None]]
+Planned = tuple[Grasps, dict[str, Any], dict[str, Any], dict[str, bytes]]
 """Grasps, their summary, how their starts went, and the files of the best one's motion."""
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.hand.hand import told
+from sgnlp.hand.hand import Hand, told
 from sgnlp.perception.observation import Observation
 from sgnlp.planning import results
 from sgnlp.planning.cautions import cautions
@@ -64,9 +64,9 @@ class Plan:
         """The whole motion of the best grasp, with times and checks; None if none is feasible."""
         return trajectory(self.problem, self.arrays(), self.observation.points) if self.best else None
 
-    def motion_files(self) -> dict[str, bytes | None]:
-        """What the files of the motion hold, by name."""
-        return files.contents(self.motion, self.arrays())
+    def motion_files(self) -> dict[str, bytes]:
+        """What the files of the motion hold, by name; none without a motion."""
+        return files.contents(self.motion, self.arrays()) if self.motion else {}
 
     def meta(self) -> dict[str, Any]:
         """How a plan was made: enough to make it again."""
@@ -124,7 +124,7 @@ class Plan:
             "starts_table": [_start(s, rank) for rank, s in enumerate(self.solutions)]
             + [{"start": f.start, "failure": f.reason} for f in self.failures],
             "best": _grasp(self.best, self) if self.best else None,
-            "motion": files.summary(self.motion) if self.motion else None,
+            "motion": _motion(self.motion) if self.motion else None,
         }
 
     def save(self, folder: str | Path) -> None:
@@ -160,10 +160,23 @@ def _known(value: float) -> float | None:
     return value if isfinite(value) else None
 
 
+def _arm(s: Solution, hand: Hand) -> dict[str, Any] | None:
+    """The arm's joints by name, at the pregrasp, at the stand-off and lifted; nothing without an arm."""
+    if s.arm is None or hand.arm is None:
+        return None
+    places = zip(("pregrasp", "standoff", "lift"), s.arm.tolist(), strict=True)
+    return {place: dict(zip(hand.arm.joint_names, joints, strict=True)) for place, joints in places}
+
+
 def _check(check: Check) -> dict[str, Any]:
     """A check, with no bound where there is none: JSON has no infinity."""
     plain = asdict(check) | {"demand": check.demand}
     return plain | {name: plain[name] if isfinite(plain[name]) else None for name in ("lower", "upper")}
+
+
+def _motion(made: Trajectory) -> dict[str, Any]:
+    checks = {check.name: _check(check) for check in made.checks}
+    return {"seconds": made.seconds, "phases": made.phase_seconds(), "clear": made.clear, "checks": checks}
 
 
 def _grasp(s: Solution, plan: Plan) -> dict[str, Any]:
@@ -190,6 +203,7 @@ def _grasp(s: Solution, plan: Plan) -> dict[str, Any]:
         "joints": dict(zip(hand.joint_names, s.joints.tolist(), strict=True)),
         "joints_contact": dict(zip(hand.joint_names, s.joints_contact.tolist(), strict=True)),
         "joints_squeeze": dict(zip(hand.joint_names, s.joints_squeeze.tolist(), strict=True)),
+        "arm": _arm(s, hand),
         "closing": asdict(plan.problem.settings.closing),
         "fingers": fingers,
         "confidence": _known(s.confidence),

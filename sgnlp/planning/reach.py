@@ -9,9 +9,10 @@ from sgnlp.base.arrays import Array
 from sgnlp.hand.arm import Arm
 from sgnlp.hand.arm_inverse import reach, reach_all
 from sgnlp.hand.arm_kinematics import arm_spheres, wrist_pose
+from sgnlp.hand.kinematics import frames
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.starts import Start, starts
-from sgnlp.program.carried import free_spheres
+from sgnlp.program.carried import free_spheres, near_spheres
 
 TRIES = 8
 """Postures from which inverse kinematics is begun: a Panda has up to eight families of solutions."""
@@ -64,3 +65,20 @@ def _on_arm(problem: Problem, start: Start, arm: Array) -> Start:
     """The start with the arm's joints, and with the wrist that they give."""
     assert problem.hand.arm is not None
     return replace(start, wrist=wrist_pose(problem.hand.arm, arm), arm=arm)
+
+
+def within_reach(problem: Problem, poses: int, seed: int) -> bool:
+    """Whether the arm comes to one of so many wrist poses about the object, clear of all around, with the palm too.
+
+    The poses are starts turned about the object. A hand on a free wrist only has to be clear of obstacles.
+    """
+    hand, arm = problem.hand, problem.hand.arm
+    palm = near_spheres(hand)
+    radii = np.array([hand.spheres[i].radius for i in palm])
+    for start in starts(problem, poses, seed):
+        spheres = frames(hand, start.wrist, start.joints)[1][palm]
+        if (problem.fields.way.distance(spheres) < radii).any():
+            continue
+        if arm is None or any(_room(problem, arm, q) > 0 for q in reach_all(arm, start.wrist, seed, TRIES)):
+            return True
+    return False

@@ -53,7 +53,7 @@ def save(
     summary: dict[str, Any],
     folder: Path,
     histories: dict[str, Any] | None = None,
-    motion: Mapping[str, bytes | None] | None = None,
+    motion: Mapping[str, bytes] | None = None,
 ) -> None:
     """Write the files of a result, all or none; those of an older one do not stay behind. Raises as `write_files`."""
     arrays = {f.name: getattr(grasps, f.name) for f in fields(Grasps) if f.name != "meta"}

@@ -14,16 +14,15 @@ from scipy.spatial.transform import Rotation
 from sgnlp.base import palette
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
-from sgnlp.hand.arm import Arm
 from sgnlp.hand.hand import Hand
-from sgnlp.hand.meshes import link_meshes, link_poses, mesh_links
+from sgnlp.hand.meshes import link_meshes, mesh_links
 from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.motion.trajectory import Trajectory
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.surroundings import Surroundings
 from sgnlp.show import sheets
 from sgnlp.show.scene_around import around
-from sgnlp.show.scene_motion import frames
+from sgnlp.show.scene_motion import frames, poses
 from sgnlp.show.scene_parts import ARM, CLOUD, CONTACTS, HAND, NORMALS, SPRINGS, Scene, Shape, Stage, View, named
 from sgnlp.show.scene_shapes import ARROW, axes, coil, cone, segments, solid, spheres, surface, table
 
@@ -68,7 +67,9 @@ def scene(
         rank = int(motion.meta["rank"])
         views[rank] = replace(views[rank], frames=frames(motion, grasps, hand))
     names = tuple(finger.name for finger in hand.fingers)
-    return Scene(str(meta["object"]), links(hand), tuple(shapes), tuple(views), tuple(notes), fingers=names)
+    return Scene(
+        str(meta["object"]), (*links(hand), *arm_links(hand)), tuple(shapes), tuple(views), tuple(notes), fingers=names
+    )
 
 
 def links(hand: Hand, opacity: float = HAND_OPACITY) -> tuple[Shape, ...]:
@@ -85,10 +86,14 @@ def links(hand: Hand, opacity: float = HAND_OPACITY) -> tuple[Shape, ...]:
     )
 
 
-def arm_links(arm: Arm, opacity: float = HAND_OPACITY) -> tuple[Shape, ...]:
-    """The meshes of an arm's links in their own frames, dark ones lightened; raises as `links`."""
-    pairs = zip(*link_meshes(arm), strict=True)
-    return tuple(Shape(ARM, m.vertices, m.faces, palette.lightened(colour), opacity=opacity) for m, colour in pairs)
+def arm_links(hand: Hand) -> tuple[Shape, ...]:
+    """The same of the arm that carries the hand; none without one."""
+    if hand.arm is None:
+        return ()
+    return tuple(
+        Shape(ARM, mesh.vertices, mesh.faces, palette.lightened(colour), opacity=HAND_OPACITY)
+        for mesh, colour in zip(*link_meshes(hand.arm), strict=True)
+    )
 
 
 def view(grasps: Grasps, rank: int, hand: Hand, problem: Problem | None) -> View:
@@ -110,7 +115,7 @@ def view(grasps: Grasps, rank: int, hand: Hand, problem: Problem | None) -> View
     feasible = "feasible" if grasps.feasible[rank] else f"not feasible: {grasps.violated[rank]}"
     return View(
         title=f"{rank}: start {grasps.start[rank]}, {feasible}",
-        links=link_poses(hand, g["wrist"], g["joints"]),
+        links=poses(hand, g["wrist"], g["joints"], grasps.arm[rank, 0]),
         shapes=(*shapes, *lines),
         stages=stages(grasps, rank),
         labels=(*named(texts, tips), *letters),

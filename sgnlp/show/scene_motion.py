@@ -24,6 +24,12 @@ def frames(made: Trajectory, grasps: Grasps, hand: Hand) -> tuple[Frame, ...]:
     return tuple(_frame(made, grasps, hand, k) for k in chosen(made).tolist())
 
 
+def poses(hand: Hand, wrist: Array, joints: Array, arm_joints: Array) -> Array:
+    """Poses (L, 4, 4) of the meshes of a hand, and then those of its arm at joints (a,)."""
+    own, arm = link_poses(hand, wrist, joints), hand.arm
+    return own if arm is None else np.concatenate([own, link_poses(arm, arm.base, arm_joints)])
+
+
 def chosen(made: Trajectory) -> IntArray:
     """Which samples are shown: even in time, with the ends of all phases."""
     ends = made.ends
@@ -38,7 +44,7 @@ def _frame(made: Trajectory, grasps: Grasps, hand: Hand, k: int) -> Frame:
     pulls = [segments(SPRINGS, np.stack(pair), palette.finger(i), WIDTH) for i, pair in enumerate(pairs)]
     return Frame(
         time=float(made.times[k]),
-        links=link_poses(hand, made.wrist[k], joints),
+        links=poses(hand, made.wrist[k], joints, made.arm[k]),
         stage=Stage(phase, rotation, translation, tuple(pulls)),
     )
 

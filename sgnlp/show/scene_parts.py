@@ -10,11 +10,11 @@ from sgnlp.show.sheets import Sheet
 
 HAND, SURFACE, CLOUD, TABLE, AXES, FRAMES = "hand", "surface", "cloud", "table", "axes", "frame axes"
 CONTACTS, NORMALS, CONES, SPRINGS, SPHERES = "contacts", "normals", "friction cones", "springs", "collision spheres"
-OBJECT, FORCES, ARM = "object", "forces", "arm"
-OBSTACLES, AVOID, TOUCH = "obstacles", "regions to avoid", "regions to touch"
+OBJECT, FORCES = "object", "forces"
+ARM, OBSTACLES, AVOID, TOUCH = "arm", "obstacles", "regions to avoid", "regions to touch"
 LAYERS = (
-    *(HAND, ARM, SURFACE, OBJECT, CLOUD, CONTACTS, NORMALS, CONES, SPRINGS, FORCES, SPHERES, FRAMES),
-    *(OBSTACLES, AVOID, TOUCH, TABLE, AXES),
+    *(HAND, SURFACE, OBJECT, CLOUD, CONTACTS, NORMALS, CONES, SPRINGS, FORCES, SPHERES, FRAMES),
+    *(ARM, OBSTACLES, AVOID, TOUCH, TABLE, AXES),
 )
 """What can be switched on and off."""
 AXIS = 0.05
@@ -37,7 +37,6 @@ class Entry:
 BALL, CUBE, DIAMOND, PATCH, LINE, FAN, COIL, POINT = "●■◆▬━▲≈·"
 LEGEND = (
     Entry(HAND, PATCH, palette.STONE, "hand, its pads in the fingers' colours"),
-    Entry(ARM, PATCH, palette.STONE, "arm"),
     Entry(CLOUD, POINT, palette.INK, "measured points"),
     Entry(SURFACE, PATCH, palette.SKY, "fitted surface, coloured by its deviation ± σ [mm]", graded=True),
     Entry(OBJECT, PATCH, palette.SKY, "true object"),
@@ -50,6 +49,7 @@ LEGEND = (
     Entry(FORCES, LINE, palette.GREY, f"force on the object, {1e3 * NEWTON:g} mm for each newton"),
     Entry(SPHERES, BALL, palette.STONE, "collision sphere"),
     *(Entry(FRAMES, LINE, colour, f"{axis} of the root link and of the tips") for axis, colour in palette.AXES.items()),
+    Entry(ARM, PATCH, palette.STONE, "arm"),
     Entry(OBSTACLES, PATCH, palette.STONE, "obstacle"),
     Entry(AVOID, PATCH, palette.RED, "region that fingers stay off"),
     Entry(TOUCH, PATCH, palette.GREEN, "region that fingers touch"),

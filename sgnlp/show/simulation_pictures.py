@@ -43,7 +43,7 @@ def scene(
     state = f"{settings.mass:g} kg, friction {settings.friction:g}, in the end: {outcome.ending}"
     views = tuple(_view(trace, row, told.command, hand, where, state, letters) for row in ends(trace).values())
     names = tuple(finger.name for finger in hand.fingers)
-    shown = links(hand, HAND_OPACITY) + (arm_links(where.arm, HAND_OPACITY) if where.arm else ())
+    shown = links(hand, HAND_OPACITY) + (arm_links(hand) if where.arm else ())
     return Scene(name, shown, shapes, views, (), kind="End of", fingers=names)
 
 

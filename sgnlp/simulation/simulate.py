@@ -41,5 +41,5 @@ def simulate(solution: Solution | None, observation: Observation, settings: Simu
     )
     hand, motion = solution.hand, None
     if hand.arm is not None and solution.arm is not None:
-        motion = way(hand, solution.motion, closing, stack(hand, (), [solution], {}), 0, solution.arm[0])
+        motion = way(hand, solution.motion, closing, stack(hand, (), [solution], {}), 0)
     return execute(told, true_body(observation), hand, settings, solution.obstacles, motion)

@@ -19,12 +19,13 @@ from scipy.spatial.transform import Rotation
 from sgnlp import load_trajectory
 from sgnlp.base.errors import InputError
 from sgnlp.hand.arm import load_arm, with_base
-from sgnlp.hand.arm_inverse import reach_all
+from sgnlp.hand.arm_inverse import reach_all, way_ends
 from sgnlp.hand.arm_kinematics import arm_spheres, wrist_pose
 from sgnlp.hand.hand import on_arm
 from sgnlp.hand.kinematics import frames, tips
 from sgnlp.perception.shape import Shape
 from sgnlp.planning import results
+from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.motion import files
 from sgnlp.planning.motion.clearances import surface_distance
 from sgnlp.planning.motion.plan_motion import trajectory
@@ -39,10 +40,10 @@ BASE = np.array([-0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 """Of an arm that reaches the ellipsoid, x y z qx qy qz qw."""
 
 
-def moved(problem: Problem | None = None, rank: int = 0, arm_joints: np.ndarray | None = None) -> Trajectory:
-    """The motion of a grasp of the small plan."""
+def moved(problem: Problem | None = None, grasps: Grasps | None = None) -> Trajectory:
+    """The motion of the best grasp of the small plan."""
     plan = small_plan()
-    return trajectory(problem or plan.problem, plan.arrays(), plan.observation.points, rank, arm_joints)
+    return trajectory(problem or plan.problem, grasps or plan.arrays(), plan.observation.points)
 
 
 def among(*obstacles: Shape) -> Problem:
@@ -138,8 +139,7 @@ def test_it_starts_and_ends_at_rest_and_is_fastest_in_the_middle():
 )
 def test_neither_joints_nor_wrist_are_ever_faster_than_they_may(speed, share, step, standoff):
     problem = asked(speed=speed, speed_share=share, step=step, standoff=standoff)
-    asked_for = problem.settings
-    found = way(problem.hand, asked_for.motion, asked_for.closing, small_plan().arrays(), 0, np.empty(0))
+    found = way(problem.hand, problem.settings.motion, problem.settings.closing, small_plan().arrays(), 0)
     limits = share * np.array(problem.hand.model.velocityLimit)
     assert (np.abs(np.diff(found.joints, axis=0)) / step <= limits * (1 + 1e-9)).all()
     assert (np.linalg.norm(np.diff(found.wrist[:, :3], axis=0), axis=1) / step <= speed * (1 + 1e-9)).all()
@@ -302,41 +302,46 @@ def test_fingers_that_are_one_inside_another_are_found_with_both_names():
 
 
 @lru_cache
-def carried() -> tuple[Problem, list[np.ndarray]]:
-    """The small plan's problem on an arm, and the joints that reach its pregrasp."""
-    problem = small_plan().problem
+def carried() -> tuple[Problem, Grasps]:
+    """The small plan's problem on an arm, and its grasps with joints that reach pregrasp, stand-off and lift."""
+    problem, grasps = small_plan().problem, small_plan().arrays()
     hand = on_arm(problem.hand, with_base(load_arm("panda"), BASE))
-    return replace(problem, hand=hand), reach_all(hand.arm, small_plan().best.wrist, 0, 20)
+    q = reach_all(hand.arm, grasps.wrist[0], 0, 20)[0]
+    ends = way_ends(hand.arm, q, -0.1 * hand.palm, 0.1)
+    arm = np.repeat(np.stack([q, *ends])[None], len(grasps), axis=0)
+    names = np.array(hand.arm.joint_names)
+    return replace(problem, hand=hand), replace(grasps, arm=arm, arm_joint_names=names)
 
 
 def test_an_arm_carries_the_wrist_along_its_path_from_the_planned_joints_without_a_jump():
-    problem, joints = carried()
-    arm, made = problem.hand.arm, moved(problem, arm_joints=joints[0])
+    problem, grasps = carried()
+    arm, made = problem.hand.arm, moved(problem, grasps)
     assert tuple(made.arm_joint_names) == arm.joint_names
     for phase in (APPROACH, CLOSE, SQUEEZE):
-        np.testing.assert_array_equal(made.arm[made.last(phase)], joints[0])
+        np.testing.assert_array_equal(made.arm[made.last(phase)], grasps.arm[0, 0])
     for k in range(0, len(made), 7):
         error = pin.log6(pin.XYZQUATToSE3(wrist_pose(arm, made.arm[k])).actInv(pin.XYZQUATToSE3(made.wrist[k])))
         assert np.linalg.norm(error.vector) < 2e-4
     assert ((arm.lower <= made.arm) & (made.arm <= arm.upper)).all()
     assert (np.abs(np.diff(made.arm, axis=0)) / 0.02 <= 0.31 * arm.velocity).all()
+    assert np.abs(made.arm[made.last(APPROACH)] - made.arm[made.last(APPROACH) - 1]).max() < 1e-5
     assert check(made, "approach: arm off the path").passed
     assert check(made, "lift: arm speed").passed
 
 
 def test_an_arm_slows_the_motion_down_where_its_joints_are_slow():
-    problem, joints = carried()
-    fast = moved(problem, arm_joints=joints[0])
+    problem, grasps = carried()
+    fast = moved(problem, grasps)
     slow_arm = replace(problem.hand.arm, velocity=problem.hand.arm.velocity / 10)
-    slow = moved(replace(problem, hand=replace(problem.hand, arm=slow_arm)), arm_joints=joints[0])
+    slow = moved(replace(problem, hand=replace(problem.hand, arm=slow_arm)), grasps)
     assert slow.phase_seconds()[APPROACH] > 1.5 * fast.phase_seconds()[APPROACH]
     assert (np.abs(np.diff(slow.arm, axis=0)) / 0.02 <= 0.31 * slow_arm.velocity).all()
 
 
 def test_a_lift_out_of_the_arm_s_reach_is_told():
-    problem, joints = carried()
+    problem, grasps = carried()
     motion = replace(problem.settings.motion, lift=1.5)
-    made = moved(replace(problem, settings=replace(problem.settings, motion=motion)), arm_joints=joints[0])
+    made = moved(replace(problem, settings=replace(problem.settings, motion=motion)), grasps)
     assert check(made, "approach: arm off the path").passed
     found = check(made, "lift: arm off the path")
     assert not found.passed
@@ -345,22 +350,32 @@ def test_a_lift_out_of_the_arm_s_reach_is_told():
 
 
 def test_an_arm_that_hits_an_obstacle_is_found():
-    problem, joints = carried()
-    made = moved(problem, arm_joints=joints[0])
+    problem, grasps = carried()
+    made = moved(problem, grasps)
     arm = problem.hand.arm
     elbow = next(i for i, sphere in enumerate(arm.spheres) if "link4" in sphere.link)
     lamp = Shape.sphere(arm_spheres(arm, made.arm[0])[elbow], 0.01, "lamp")
     problem = replace(problem, surroundings=Surroundings((lamp,)))
-    found = check(moved(problem, arm_joints=joints[0]), "approach: obstacles")
+    found = check(moved(problem, grasps), "approach: obstacles")
     assert not found.passed
     assert found.row.partition(" to ")[0] in {sphere.name for sphere in arm.spheres}
     assert "to lamp" in found.row
 
 
-def test_an_arm_without_planned_joints_is_refused():
-    problem, _ = carried()
-    with pytest.raises(InputError, match="give its 7 joints at the pregrasp"):
-        moved(problem)
+def test_an_arm_keeps_its_elbow_where_the_plan_has_another_one_at_the_ends():
+    problem, grasps = carried()
+    arm = grasps.arm.copy()
+    arm[0, 1:] = problem.hand.arm.home
+    np.testing.assert_array_equal(moved(problem, replace(grasps, arm=arm)).arm, moved(problem, grasps).arm)
+
+
+def test_a_step_that_the_arm_s_joints_cannot_make_in_its_time_is_a_jump():
+    problem, grasps = carried()
+    lame = replace(problem.hand.arm, velocity=problem.hand.arm.velocity / 1000)
+    found = check(moved(replace(problem, hand=replace(problem.hand, arm=lame)), grasps), "approach: arm speed")
+    assert not found.passed
+    assert found.value > 1
+    assert found.row.partition(" at ")[0] in lame.joint_names
 
 
 # Files ---------------------------------------------------------------------------------------------------------------
@@ -513,8 +528,8 @@ def test_the_frame_of_the_messages_has_the_name_that_is_asked_for():
 
 
 def test_an_arm_s_joints_come_before_the_hand_s_in_the_joint_trajectory():
-    problem, joints = carried()
-    made = moved(problem, arm_joints=joints[0])
+    problem, grasps = carried()
+    made = moved(problem, grasps)
     told = yaml.safe_load(files.contents(made, small_plan().arrays())["trajectory.yaml"])
     assert told["joint_names"] == [*problem.hand.arm.joint_names, *problem.hand.joint_names]
     assert fits(told, JOINT_TRAJECTORY)

@@ -34,7 +34,22 @@ from sgnlp.program.terms import preset_terms
 from sgnlp.show import camera as scene_camera
 from sgnlp.show import png, sheets, web_page
 from sgnlp.show.scene import scene, stages
-from sgnlp.show.scene_parts import AXES, CONES, FORCES, FRAMES, LAYERS, LEGEND, OBJECT, SPRINGS, SURFACE, Scene
+from sgnlp.show.scene_parts import (
+    ARM,
+    AVOID,
+    AXES,
+    CONES,
+    FORCES,
+    FRAMES,
+    LAYERS,
+    LEGEND,
+    OBJECT,
+    OBSTACLES,
+    SPRINGS,
+    SURFACE,
+    TOUCH,
+    Scene,
+)
 from sgnlp.show.scene_shapes import coil, cone
 
 ALLEGRO = load_hand("allegro_left")
@@ -160,7 +175,7 @@ def test_labels_stand_beside_hand_and_object_in_order_and_apart(shown):
 
 def test_every_symbol_has_a_line_in_the_legend_and_every_layer_its_box(shown):
     assert {entry.layer for entry in LEGEND} == set(LAYERS)
-    others = (FRAMES, OBJECT, FORCES)  # of check-hand and of simulations
+    others = (FRAMES, OBJECT, FORCES, ARM, OBSTACLES, AVOID, TOUCH)  # of check-hand, simulations, arms, surroundings
     there = tuple(entry for entry in LEGEND if entry.layer not in others)
     assert shown.layers == tuple(layer for layer in LAYERS if layer not in others)
     assert shown.legend == there

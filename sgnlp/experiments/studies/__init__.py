@@ -1,6 +1,7 @@
 """Studies: experiments over many objects, one file each, by the name that `sgnlp study` knows them by."""
 
 from sgnlp.experiments.studies import (
+    arm,
     calibration,
     comparison,
     confidence,
@@ -16,6 +17,7 @@ from sgnlp.experiments.studies import (
 from sgnlp.experiments.studies.study import Study
 
 STUDIES: dict[str, Study] = {
+    "arm": arm.STUDY,
     "calibration": calibration.STUDY,
     "comparison": comparison.STUDY,
     "confidence": confidence.STUDY,

@@ -22,6 +22,7 @@ from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import frames
 from sgnlp.planning.motion.trajectory import BETWEEN
 from sgnlp.planning.problem import UNSEEN, Problem
+from sgnlp.program.carried import far_spheres, free_spheres, near_spheres
 from sgnlp.program.constraint import LENGTH, Check
 from sgnlp.program.constraints import CLEARANCE
 from sgnlp.surface.gpis import Gpis
@@ -66,14 +67,9 @@ def samples(hand: Hand, name: str, times: Array, wrist: Array, joints: Array, ar
 
 
 def moving(hand: Hand) -> list[int]:
-    """Which spheres of `samples` move: all but those on the arm's root link, which stands where it was put."""
-    found = list(range(len(hand.spheres)))
-    arm = hand.arm
-    if arm is not None:
-        model = arm.model
-        frames_of = [model.frames[model.getFrameId(s.link, pin.FrameType.BODY)] for s in arm.spheres]
-        found += [len(hand.spheres) + i for i, frame in enumerate(frames_of) if frame.parentJoint > 0]
-    return found
+    """Which spheres of `samples` can come to the table: all of the hand, and those of its arm that are free to."""
+    found, arm = list(range(len(hand.spheres))), hand.arm
+    return found if arm is None else [*found, *(len(found) + i for i in free_spheres(arm))]
 
 
 def to_object(problem: Problem, samples: Samples) -> Check:
@@ -98,9 +94,11 @@ def to_table(samples: Samples, height: float, margins: Array) -> Check:
 
 
 def to_itself(hand: Hand, samples: Samples) -> Check:
-    """The pairs of the hand and those of its arm clear of each other."""
-    first, arm = len(hand.spheres), hand.arm
-    pairs = (*hand.pairs, *((first + a, first + b) for a, b in (arm.pairs if arm is not None else ())))
+    """The pairs of the hand, those of its arm, and the palm and the arm's far spheres clear of each other."""
+    first, arm, pairs = len(hand.spheres), hand.arm, list(hand.pairs)
+    if arm is not None:
+        pairs += [(first + a, first + b) for a, b in arm.pairs]
+        pairs += [(i, first + j) for i in near_spheres(hand) for j in far_spheres(arm)]
     i, j = np.array(pairs, int).reshape(-1, 2).T
     names = tuple(f"{samples.names[a]} to {samples.names[b]}" for a, b in pairs)
     apart = np.linalg.norm(samples.centres[:, i] - samples.centres[:, j], axis=2)

@@ -21,10 +21,8 @@ _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 """LibYAML's, which takes a tenth of the time, where PyYAML was built with it."""
 
 
-def contents(made: Trajectory | None, grasps: Grasps) -> dict[str, bytes | None]:
-    """What the files of a motion hold, by name; without a motion there are none."""
-    if made is None:
-        return dict.fromkeys(results.MOTION)
+def contents(made: Trajectory, grasps: Grasps) -> dict[str, bytes]:
+    """What the files of a motion hold, by name."""
     arrays = {name: getattr(made, name) for name in ARRAYS}
     told: dict[str, Any] = {"checks": [asdict(check) for check in made.checks], "meta": made.meta}
     found = (
@@ -57,12 +55,6 @@ def load_trajectory(path: str | Path) -> Trajectory:
     except Exception as error:  # a damaged array can raise almost anything
         reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise InputError(f"'{file}' cannot be read: {reason}") from None
-
-
-def summary(made: Trajectory) -> dict[str, Any]:
-    """What a plan's summary says of its motion."""
-    checks = {check.name: asdict(check) for check in made.checks}
-    return {"seconds": made.seconds, "phases": made.phase_seconds(), "clear": made.clear, "checks": checks}
 
 
 def _json(made: Trajectory) -> str:

@@ -1,4 +1,8 @@
-"""An arm that carries the hand along a path: inverse kinematics continued from pose to pose."""
+"""An arm that carries the hand along a path: inverse kinematics continued from pose to pose.
+
+It begins at the planned joints of the pregrasp. Those that a plan has at the stand-off and with the object lifted may
+belong to another elbow, which the arm could reach by a jump alone.
+"""
 
 import numpy as np
 
@@ -6,24 +10,23 @@ from sgnlp.base.arrays import Array
 from sgnlp.hand.arm import Arm
 from sgnlp.hand.arm_inverse import reach
 from sgnlp.planning.motion.timing import seconds
+from sgnlp.program.carried import LEVER
 
-LEVER = 0.1
-"""What an angle counts as [m/rad]: a fingertip is so far from the hand's root link."""
 LAG = 10.0
 """A path takes at most so many times what the wrist's speed asks for. An arm that needs longer is near a singularity,
 and the check of its speed tells."""
 
 
-def followed(arm: Arm, begin: Array, poses: Array) -> tuple[Array, Array]:
-    """Joints (K, a) within the limits for wrist poses (K, 7), each found from those before it, the first from `begin`.
+def followed(arm: Arm, planned: Array, poses: Array) -> tuple[Array, Array]:
+    """Joints (K, a) within the limits for wrist poses (K, 7), each found from the one before, the first from `planned`.
 
     Beside them how far (K,) [m] the wrist is off each pose; angles count by `LEVER`.
     """
-    joints, errors = np.empty((len(poses), len(begin))), np.empty(len(poses))
+    joints, off = np.empty((len(poses), len(planned))), np.empty(len(poses))
     for k, pose in enumerate(poses):
-        begin, error = reach(arm, pose, begin)
-        joints[k], errors[k] = begin, max(error[0], LEVER * error[1])
-    return joints, errors
+        planned, error = reach(arm, pose, planned)
+        joints[k], off[k] = planned, max(error[0], LEVER * error[1])
+    return joints, off
 
 
 def path_seconds(arm: Arm, joints: Array, share: float, least: float) -> float:

@@ -5,38 +5,24 @@ from math import inf
 import numpy as np
 
 from sgnlp.base.arrays import Array
-from sgnlp.base.errors import InputError
 from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.motion import clearances
 from sgnlp.planning.motion.trajectory import APPROACH, BETWEEN, CLOSE, LIFT, Trajectory
 from sgnlp.planning.motion.way import Way, way
 from sgnlp.planning.problem import Problem
 from sgnlp.program.constraint import LENGTH, Check
+from sgnlp.program.constraints import REACHED
 
-OFF = 1e-4
-"""An arm follows its path within this [m]."""
 FULL = 1.0
 """Share of a joint's velocity limit that no step of the arm may ask for: a larger one is a jump."""
 
 
-def trajectory(
-    problem: Problem, grasps: Grasps, points: Array, rank: int = 0, arm_joints: Array | None = None
-) -> Trajectory:
+def trajectory(problem: Problem, grasps: Grasps, points: Array, rank: int = 0) -> Trajectory:
     """The motion of the grasp of a rank among what the problem has around the object, with its checks.
 
-    `points` (N, 3) [m] are those measured of the object: they are kept clear of obstacles on the lift. `arm_joints`
-    (a,) are those of the hand's arm at the pregrasp.
-
-    Raises:
-        InputError: the hand is on an arm whose joints are not given.
+    `points` (N, 3) [m] are those measured of the object: they are kept clear of obstacles on the lift.
     """
-    arm = problem.hand.arm
-    arm_joints = grasps.arm[rank, 0] if arm_joints is None else arm_joints
-    if arm is not None and (arm_joints is None or len(arm_joints) != len(arm.joint_names)):
-        raise InputError(f"the hand is on the arm '{arm.name}': give its {len(arm.joint_names)} joints at the pregrasp")
-    settings = problem.settings
-    carried = np.empty(0) if arm is None or arm_joints is None else arm_joints
-    made = way(problem.hand, settings.motion, settings.closing, grasps, rank, carried)
+    made = way(problem.hand, problem.settings.motion, problem.settings.closing, grasps, rank)
     load = points @ grasps.rotation_eq[rank].T + grasps.translation_eq[rank]
     meta = {name: grasps.meta.get(name) for name in ("object", "hand", "input_digest")}
     return Trajectory(
@@ -48,7 +34,7 @@ def trajectory(
         setpoints=made.setpoints,
         gains=grasps.gains[rank],
         joint_names=grasps.joint_names,
-        arm_joint_names=np.array([] if arm is None else arm.joint_names, np.str_),
+        arm_joint_names=grasps.arm_joint_names,
         finger_names=grasps.finger_names,
         checks=(*_clear(problem, made, grasps.joints_contact[rank], load), *_followed(problem, made)),
         meta=meta | {"rank": rank, "start": int(grasps.start[rank]), "frame": problem.settings.motion.frame},
@@ -87,8 +73,10 @@ def _followed(problem: Problem, made: Way) -> tuple[Check, ...]:
         at = np.flatnonzero(made.phase == name)
         off, k = float(made.off[at].max()), int(at[made.off[at].argmax()])
         where, read = f"the wrist at {made.times[k]:.2f} s", LENGTH.reading
-        reached = off <= OFF
-        found.append(Check(f"{name}{BETWEEN}arm off the path", read(off), -inf, read(OFF), 0.0, "mm", reached, where))
+        reached = off <= REACHED
+        found.append(
+            Check(f"{name}{BETWEEN}arm off the path", read(off), -inf, read(REACHED), 0.0, "mm", reached, where)
+        )
         speed = np.abs(np.diff(made.arm[at], axis=0)) / (problem.settings.motion.step * arm.velocity)
         k, j = (int(i) for i in np.unravel_index(speed.argmax(), speed.shape))
         where, value = f"{arm.joint_names[j]} at {made.times[at[k]]:.2f} s", float(speed[k, j])

@@ -51,8 +51,8 @@ class _Corner(NamedTuple):
     setpoints: Array
 
 
-def way(hand: Hand, motion: Motion, closing: Closing, grasps: Grasps, rank: int, arm_joints: Array) -> Way:
-    """The samples of a grasp; `arm_joints` (a,) are those at the pregrasp, empty without an arm."""
+def way(hand: Hand, motion: Motion, closing: Closing, grasps: Grasps, rank: int) -> Way:
+    """The samples of a grasp."""
     wrist = grasps.wrist[rank]
     back = -motion.standoff * (pin.XYZQUATToSE3(wrist).rotation @ hand.palm)
     up = motion.lift * UP
@@ -61,18 +61,19 @@ def way(hand: Hand, motion: Motion, closing: Closing, grasps: Grasps, rank: int,
     press = _Corner(wrist, grasps.joints_squeeze[rank], grasps.targets[rank])
     corners = (_shifted(pregrasp, back), pregrasp, touch, press, _shifted(press, up))
     close, squeeze = _closing_seconds(hand, motion, closing, grasps, rank)
+    planned = grasps.arm[rank, 0]
     lasting = {
-        APPROACH: _path_seconds(hand.arm, motion, arm_joints, wrist, back),
+        APPROACH: _path_seconds(hand.arm, motion, planned, wrist, corners[0].wrist),
         CLOSE: close,
         SQUEEZE: squeeze,
-        LIFT: _path_seconds(hand.arm, motion, arm_joints, wrist, up),
+        LIFT: _path_seconds(hand.arm, motion, planned, wrist, corners[-1].wrist),
     }
     parts: list[tuple[Array, ...]] = []
     phase: list[str] = []
     for name, begin, end in zip(PHASES, corners, corners[1:], strict=False):
         s = shares(lasting[name], motion.step)[0 if not parts else 1 :]  # where phases meet there is one sample
         wrists, joints, setpoints = (_between(low, high, s) for low, high in zip(begin, end, strict=True))
-        parts.append((wrists, joints, setpoints, *_carried(hand.arm, arm_joints, name, wrists)))
+        parts.append((wrists, joints, setpoints, *_carried(hand.arm, planned, name, wrists)))
         phase += [name] * len(s)
     wrists, joints, setpoints, arm, off = (np.concatenate(column) for column in zip(*parts, strict=True))
     return Way(motion.step * np.arange(float(len(phase))), np.array(phase), wrists, joints, arm, setpoints, off)
@@ -101,13 +102,13 @@ def _closing_seconds(hand: Hand, motion: Motion, closing: Closing, grasps: Grasp
     return close, seconds(grasps.joints_squeeze[rank] - touch, limits, (1 - share) * whole)
 
 
-def _path_seconds(arm: Arm | None, motion: Motion, arm_joints: Array, wrist: Array, by: Array) -> float:
-    """How long the wrist takes between its pose (7,) at the pregrasp and that shifted `by` (3,) [m]."""
-    least = seconds(np.array([np.linalg.norm(by)]), np.array([motion.speed]))
+def _path_seconds(arm: Arm | None, motion: Motion, planned: Array, pregrasp: Array, end: Array) -> float:
+    """How long the wrist takes between its pose (7,) at the pregrasp and one that is not turned."""
+    least = seconds(np.array([np.linalg.norm((end - pregrasp)[:3])]), np.array([motion.speed]))
     if arm is None:
         return least
-    poses = _between(wrist, _moved(wrist, by), np.linspace(0.0, 1.0, GRID))
-    return path_seconds(arm, followed(arm, arm_joints, poses)[0], motion.speed_share, least)
+    poses = _between(pregrasp, end, np.linspace(0.0, 1.0, GRID))
+    return path_seconds(arm, followed(arm, planned, poses)[0], motion.speed_share, least)
 
 
 def _carried(arm: Arm | None, planned: Array, phase: str, wrists: Array) -> tuple[Array, Array]:
@@ -120,5 +121,5 @@ def _carried(arm: Arm | None, planned: Array, phase: str, wrists: Array) -> tupl
     order = -1 if phase == APPROACH else 1
     joints, off = (found[::order] for found in followed(arm, planned, wrists[::order]))
     if phase == APPROACH:
-        joints[-1], off[-1] = planned, 0.0
+        joints[-1] = planned
     return joints, off
