@@ -23,11 +23,11 @@ from sgnlp.planning.motion.way import Way, way
 from sgnlp.planning.surroundings import Surroundings
 from sgnlp.show import tables
 from sgnlp.show.png import drawable, picture
-from sgnlp.show.simulation_pictures import ends, scene
+from sgnlp.show.simulation_pictures import PHASES, ends, scene
 from sgnlp.simulation import Outcome, SimulationSettings, command, execute, plain, true_body
 from sgnlp.simulation.prepared import prepared
 
-SIMULATION = "simulation.json"
+SIMULATION, PICTURE = "simulation.json", "simulation-{}.png"
 DEFAULTS = SimulationSettings()
 
 
@@ -90,9 +90,9 @@ class Simulate:
         if self.pictures:
             told = prepared(command(grasps, 0), hand, settings, self._motion(grasps, hand, 0))
             shown = scene(told, thing, settings, outcomes[0], f"{thing.name}, grasp 0", around)
-            files = {f"simulation-{phase}.png": picture(shown, i, 0) for i, phase in enumerate(ends(outcomes[0].trace))}
-            results.write_files(folder, files)
-            console.print(f"written: {', '.join(str(folder / name) for name in files)}", soft_wrap=True)
+            drawn = {PICTURE.format(phase): picture(shown, i, 0) for i, phase in enumerate(ends(outcomes[0].trace))}
+            results.write_files(folder, dict.fromkeys(map(PICTURE.format, PHASES)) | drawn)
+            console.print(f"written: {', '.join(str(folder / name) for name in drawn)}", soft_wrap=True)
         return codes.FEASIBLE if any(outcome.score == 1 for outcome in outcomes) else codes.NONE_FEASIBLE
 
     def _obstacles(self, grasps: Grasps, seen: Observation) -> tuple[Shape, ...]:

@@ -16,6 +16,7 @@ from sgnlp.base.presets import ROBUST
 from sgnlp.cli import run
 from sgnlp.hand.hand import load_hand
 from sgnlp.hand.meshes import link_meshes, link_poses
+from sgnlp.perception.observation import load
 from sgnlp.perception.shape import Shape
 from sgnlp.planning import results
 from sgnlp.planning.grasps import PER_HAND, Grasps, stack
@@ -157,6 +158,21 @@ def test_the_obstacles_of_the_plan_are_there_and_what_touches_them_is_told(folde
     assert next(line for line in shown.splitlines() if line.startswith("0 ")).endswith("roof")
 
 
+def test_what_the_camera_saw_beside_the_object_is_there_even_where_the_true_object_is_in_another_file(folder):
+    with np.load("box.npz") as known:
+        arrays = dict(known)
+    np.savez("true.npz", **arrays)
+    beside = np.array([[x, 0.0, z] for x in np.linspace(0.05, 0.1, 8) for z in np.linspace(0.0, 0.1, 8)])
+    np.savez("box.npz", **arrays, obstacle_points=beside, obstacle=np.ones(len(beside), int))
+    grasps = results.load_grasps(folder)
+    grasps.meta["input_digest"] = load("box.npz").digest
+    results.save(grasps, {}, folder)
+    for arguments in ((), ("--object", "true.npz")):
+        assert simulate(folder, "--push-weights", 0, *arguments) == 1
+        (grasp,) = json.loads((folder / "simulation.json").read_text(encoding="utf-8"))["grasps"]
+        assert {knock["hit"] for knock in grasp["knocks"]} == {"obstacle 1"}
+
+
 def test_a_hand_that_floats_carries_out_its_motion_if_asked_to(folder, capfd):
     assert simulate(folder, "--push-weights", 0) == 0
     assert "The wrist was off its path" not in capfd.readouterr().out
@@ -169,6 +185,7 @@ def test_a_hand_that_floats_carries_out_its_motion_if_asked_to(folder, capfd):
 
 def test_pictures_are_drawn_without_a_screen(folder):
     pytest.importorskip("matplotlib")
+    (folder / "simulation-approach.png").write_bytes(b"of a run before")
     assert simulate(folder, "--pictures", "--push-weights", 0) == 0
     drawn = {file.name: file.read_bytes()[:4] for file in folder.glob("*.png")}
     assert drawn == {f"simulation-{phase}.png": b"\x89PNG" for phase in ("pregrasp", "close", "lift", "hold")}
