@@ -99,7 +99,7 @@ class Motion(Checked):
     section = "motion"
     standoff: Positive = 0.1
     """the approach begins so far behind the pregrasp, against the direction that the palm looks in [m]"""
-    samples: Annotated[int, (1, 20)] = 2
+    samples: Annotated[int, (1, 20)] = 4
     """postures of the approach, the stand-off among them, at which the program keeps the hand clear of obstacles"""
     lift: Positive = 0.1
     """height to which the hand rises with the object [m]"""

@@ -2,7 +2,8 @@
 
 A cluster gets the upright box of least area around its points, turned about z, down to the table where it stands on it.
 It is parted in two, across the edge that leaves the least, as long as the parts are much smaller together, or the box
-holds points of the object. So an L-shaped thing, or a wall on two sides, leaves its inner corner free.
+holds points of the object. So an L-shaped thing, or a wall on two sides, leaves its inner corner free. What stands is
+parted seen from above alone: a camera sees the skin of a thing, and what is below it is not free.
 """
 
 from itertools import chain
@@ -38,18 +39,27 @@ def seen_shapes(observation: Observation) -> tuple[Shape, ...]:
     return tuple(chain.from_iterable(found))
 
 
-def boxes(points: Array, table: float, keep_out: Array, name: str, parts: int = PARTS) -> list[Shape]:
-    """Boxes that cover points (n, 3) [m] on a table at a height [m], holding few of the points `keep_out` (k, 3)."""
-    whole = upright_box(points, table, name)
-    parted = [halves for axis in range(3) if (halves := _halved(points, whole, axis))]
+def boxes(points: Array, table: float, keep_out: Array, name: str) -> list[Shape]:
+    """Boxes that cover points (n, 3) [m] on a table at a height [m], holding few of the points `keep_out` (k, 3).
+
+    Where the points stand on the table, so does every box: what is below a seen point is solid, or was not seen.
+    """
+    low = table if points[:, 2].min() < table + STANDING else None
+    return _parted(points, low, keep_out, name, PARTS)
+
+
+def _parted(points: Array, low: float | None, keep_out: Array, name: str, parts: int) -> list[Shape]:
+    whole = _box(points, low, name)
+    axes = range(3 if low is None else 2)  # what stands is parted seen from above
+    parted = [halves for axis in axes if (halves := _halved(points, whole, axis))]
     if parts == 0 or not parted:
         return [whole]
-    candidates = [(half, [upright_box(part, table, name) for part in half]) for half in parted]
+    candidates = [(halves, [_box(part, low, name) for part in halves]) for halves in parted]
     halves, smaller = min(candidates, key=lambda candidate: sum(map(_volume, candidate[1])))
     blocking = len(keep_out) and (whole.distance(keep_out) < 0).any()
     if not blocking and sum(map(_volume, smaller)) > GAIN * _volume(whole):
         return [whole]
-    return [box for half in halves for box in boxes(half, table, keep_out, name, parts - 1)]
+    return [box for half in halves for box in _parted(half, low, keep_out, name, parts - 1)]
 
 
 def _halved(points: Array, box: Shape, axis: int) -> tuple[Array, Array] | None:
@@ -60,15 +70,19 @@ def _halved(points: Array, box: Shape, axis: int) -> tuple[Array, Array] | None:
 
 
 def upright_box(points: Array, table: float, name: str) -> Shape:
-    """The box of least area seen from above around points (n, 3) [m], rounded outwards by `INFLATION`."""
+    """The box of least area seen from above around points (n, 3) [m], down to the table where they stand on it."""
+    return _box(points, table if points[:, 2].min() < table + STANDING else None, name)
+
+
+def _box(points: Array, low: float | None, name: str) -> Shape:
+    """The box of least area seen from above around points (n, 3) [m], down to a height, rounded by `INFLATION`."""
     yaw = min(_edges(points[:, :2]), key=lambda angle: _area(points[:, :2], angle))
     R = np.array([[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
     local = points @ R
-    low, high = local.min(axis=0), local.max(axis=0)
-    if low[2] < table + STANDING:
-        low[2] = min(table, high[2] - THIN)
-    size = np.maximum(high - low, THIN)
-    return Shape.box(R @ ((low + high) / 2), size, R, name).inflated(INFLATION)
+    begin, end = local.min(axis=0), local.max(axis=0)
+    if low is not None:
+        begin[2] = min(low, end[2] - THIN)
+    return Shape.box(R @ ((begin + end) / 2), np.maximum(end - begin, THIN), R, name).inflated(INFLATION)
 
 
 def _edges(outline: Array) -> Array:

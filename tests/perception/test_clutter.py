@@ -73,3 +73,9 @@ def test_shapes_of_an_observation_are_named_by_the_numbers_of_its_obstacles():
     seen = observe(cube, table_height=0.0, obstacle_points=beside, obstacle=number)
     assert {shape.name for shape in seen_shapes(seen)} == {"what is around", "obstacle 3"}
     assert seen_shapes(observe(cube, table_height=0.0)) == ()
+
+
+def test_the_inside_of_a_thing_whose_skin_was_seen_is_not_free():
+    front, top = wall([0.0, 0.0, 0.0], [0.001, 0.1, 0.1]), wall([0.0, 0.0, 0.099], [0.1, 0.1, 0.1], seed=1)
+    inside = wall([0.01, 0.01, 0.01], [0.09, 0.09, 0.09], 200, 2)
+    assert ShapeField(boxes(np.vstack([front, top]), 0.0, NOTHING, "box")).distance(inside).max() < 0

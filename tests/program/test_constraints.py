@@ -242,7 +242,7 @@ FORMULAS = {
     "balance_torque": lambda g: sum(np.cross(p, f) for p, f in zip(from_centre(g), g.forces_eq, strict=True)),
     "gains": lambda g: g.gains * deviations(g),
     "obstacles": lambda g: np.min(
-        [apart(g.spheres), *(apart(retreated(g, back), True) for back in (0.05, 0.1))], axis=0
+        [apart(g.spheres), *(apart(retreated(g, back), True) for l in (0.025, 0.05, 0.075, 0.1))], axis=0
     ),
     "obstacles_contact": lambda g: np.minimum(apart(touching(g)[1]), apart(touching(g)[1] + [0, 0, 0.1], True)),
     "arm": lambda g: np.min([arm_apart(q) for q in arm_postures(g)], axis=0),
@@ -313,7 +313,7 @@ def turned(angle_deg: float) -> np.ndarray:
 
 def clear_by(pregrasp: float, approach: float) -> dict[str, np.ndarray]:
     """Clearances of 45 spheres from obstacles, one of them at the second posture of the approach so large."""
-    way = np.full(90, 0.1)
+    way = np.full(180, 0.1)
     way[70] = approach
     return {"obstacle_clearances": np.full(45, pregrasp), "obstacle_clearances_approach": way}
 

@@ -93,6 +93,25 @@ def test_the_derivatives_of_the_arm_match_differences(form, arm):
     check(*scene(replace(REACHING, spheres="paper"), form, 7, CROWD, arm))
 
 
+def test_beside_its_own_rows_and_variables_the_program_of_an_arm_is_that_of_the_hand():
+    settings = replace(REACHING, spheres="paper")
+    alone, x, p, _ = scene(settings, "constrained", 7, CROWD)
+    carried, y, q, _ = scene(settings, "constrained", 7, CROWD, "ur5")
+    np.testing.assert_array_equal(x, y[: len(x)])
+    ours, theirs = (
+        dict(zip(f.nlp.row_names, f.values(z, r), strict=True)) for f, z, r in ((alone, x, p), (carried, y, q))
+    )
+    own = {name.partition("[")[0] for name in theirs.keys() - ours.keys()}
+    assert own == {"arm", "arm_self", "arm_hand", "wrist", "standoff", "lift", "dexterity"}
+    for name, value in ours.items():
+        assert theirs[name] == pytest.approx(value, abs=1e-12), name
+    q[block(carried.nlp.parameters, "weights")] *= [term.name != "arm" for term in posed(settings, CROWD, "ur5").terms]
+    assert float(carried.objective(y, q)) == pytest.approx(float(alone.objective(x, p)), abs=1e-12)
+    gradients = [np.array(f.gradient(z, r)[1]).ravel() for f, z, r in ((alone, x, p), (carried, y, q))]
+    np.testing.assert_allclose(gradients[1][: len(x)], gradients[0], atol=1e-12)
+    np.testing.assert_array_equal(gradients[1][len(x) :], 0.0)
+
+
 def test_where_an_arm_stands_is_no_part_of_the_program():
     here, there = (load_hand("allegro_left", arm="panda", arm_base=base) for base in ([-0.5, 0, 0], [0, 0.6, 0.1]))
     assert here.digest == there.digest

@@ -11,7 +11,7 @@ from sgnlp.planning.motion.trajectory import APPROACH, BETWEEN, CLOSE, LIFT, Tra
 from sgnlp.planning.motion.way import Way, way
 from sgnlp.planning.problem import Problem
 from sgnlp.program.constraint import LENGTH, Check
-from sgnlp.program.constraints import REACHED
+from sgnlp.program.constraints import CLEARANCE
 
 FULL = 1.0
 """Share of a joint's velocity limit that no step of the arm may ask for: a larger one is a jump."""
@@ -73,9 +73,9 @@ def _followed(problem: Problem, made: Way) -> tuple[Check, ...]:
         at = np.flatnonzero(made.phase == name)
         off, k = float(made.off[at].max()), int(at[made.off[at].argmax()])
         where, read = f"the wrist at {made.times[k]:.2f} s", LENGTH.reading
-        reached = off <= REACHED
+        reached = off <= CLEARANCE
         found.append(
-            Check(f"{name}{BETWEEN}arm off the path", read(off), -inf, read(REACHED), 0.0, "mm", reached, where)
+            Check(f"{name}{BETWEEN}arm off the path", read(off), -inf, read(CLEARANCE), 0.0, "mm", reached, where)
         )
         speed = np.abs(np.diff(made.arm[at], axis=0)) / (problem.settings.motion.step * arm.velocity)
         k, j = (int(i) for i in np.unravel_index(speed.argmax(), speed.shape))

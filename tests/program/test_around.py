@@ -1,0 +1,54 @@
+"""What stands around the object: which shapes count where."""
+
+import numpy as np
+import pytest
+from scenes import CROWD, SMALL
+
+from sgnlp.perception.shape import FAR, Shape
+from sgnlp.program.around import ALONE, Around, fields
+
+THING = Shape.box([0.0, 0.0, 0.05], [0.06, 0.06, 0.1])
+FIELDS = fields([Shape.sphere([0.3, 0.0, 0.1], 0.05)], [THING], [Shape.sphere([0.0, 0.0, 1.0], 0.1)], THING, 0.0)
+LOW, NEAR = np.array([[0.0, 0.3, 0.02]]), np.array([[0.0, 0.04, 0.3]])
+
+
+@pytest.mark.parametrize(
+    ("name", "at_the_table", "over_the_object"),
+    [
+        ("near", 0.3817, 0.3128),
+        ("way", 0.02, 0.3),
+        ("arm", 0.02, 0.2002),
+        ("avoid", 0.27, 0.2002),
+        ("touch", 0.9249, 0.6011),
+    ],
+)
+def test_the_table_counts_on_the_way_and_the_object_for_the_arm(name, at_the_table, over_the_object):
+    field = getattr(FIELDS, name)
+    assert field.distance(LOW)[0] == pytest.approx(at_the_table, abs=1e-4)
+    assert field.distance(NEAR)[0] == pytest.approx(over_the_object, abs=1e-4)
+
+
+def test_points_and_regions_are_counted_as_they_are_asked_for():
+    assert (ALONE.points(45), ALONE.regions(4)) == (0, 0)
+    assert Around(obstacles=True, approach=2).points(45) == 5 * 45
+    assert Around(avoid=True, touch=True).regions(4) == 8
+
+
+def test_jets_come_in_the_order_of_the_points():
+    around, rng = CROWD.around(SMALL, carried=True), np.random.default_rng(0)
+    points, feet = rng.uniform(-0.2, 0.3, (around.points(3) + 6, 3)), rng.uniform(-0.05, 0.05, (4, 3))
+    crowd = CROWD.fields(THING, 0.0)
+    jets = crowd.jets(around, 3, points, feet)
+    parts = [
+        crowd.near.jets(points[:6]),
+        crowd.way.jets(points[6:15]),
+        crowd.arm.jets(points[15:]),
+        crowd.avoid.jets(feet),
+        crowd.touch.jets(feet),
+    ]
+    np.testing.assert_array_equal(jets, np.concatenate(parts))
+
+
+def test_without_anything_around_no_jet_is_asked_for():
+    assert FIELDS.jets(ALONE, 45, np.empty((0, 3)), np.zeros((4, 3))).shape == (0, 10)
+    assert fields([], [], [], THING, 0.0).near.distance(LOW)[0] == FAR
