@@ -48,9 +48,3 @@ def test_a_hand_on_an_arm_has_the_motion_of_its_plan(asked):
     ends = [motion.wrist[0, :3] - command.wrist[:3], motion.wrist[-1, :3] - command.wrist[:3]]
     assert np.linalg.norm(ends[0]) == pytest.approx(0.07)
     np.testing.assert_allclose(ends[1], [0, 0, 0.04], atol=1e-12)
-
-
-def test_a_solution_knows_the_obstacles_and_the_motion_of_its_problem():
-    plan = small_plan()
-    assert plan.best.motion == plan.problem.settings.motion
-    assert plan.best.obstacles == plan.problem.surroundings.obstacles
