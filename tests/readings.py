@@ -31,6 +31,7 @@ REST = Reading(
     links={},
     torques=np.zeros(3),
     slide=np.zeros(2),
+    wrist=np.array([0.0, 0.0, 0.6, 0.0, 0.0, 0.0, 1.0]),
 )
 """Two fingers of three joints open, the object at rest on the table."""
 TOUCHED = replace(REST, touching=np.array([True, True]))
@@ -57,7 +58,10 @@ def timed(readings: Sequence[Reading], first: int = 1) -> list[Reading]:
 
 
 class Played:
-    """An experiment whose phases are readings made by hand; by default the object is lifted and withstands pushes."""
+    """An experiment whose phases are readings made by hand; by default the object is lifted and withstands pushes.
+
+    Without an `approach` it has no motion, and begins at the pregrasp.
+    """
 
     def __init__(self, close=(TOUCHED,) * 3, lift=(LIFTED,) * 3, hold=(LIFTED,) * 5, **changes):
         self.settings = changes.get("settings", SETTINGS)
@@ -66,12 +70,19 @@ class Played:
         self.recorder = SimpleNamespace(trace=lambda: "the trace")
         self.taken: list[str] = []
         """The phases that were begun."""
-        self._depth = {"object": 0.0, "table": 0.0, "self": 0.0} | changes.get("depth", {})
-        self._phases = {"close": close, "lift": lift, "hold": hold}
+        self._depth = {"object": 0.0, "table": 0.0, "self": 0.0, "obstacles": 0.0} | changes.get("depth", {})
+        self._overlaps = changes.get("overlaps", ())
+        self._phases = {"approach": changes.get("approach", ()), "close": close, "lift": lift, "hold": hold}
         self._pushes = changes.get("pushes", {})
 
     def penetrations(self):
         return self._depth
+
+    def overlaps(self):
+        return self._overlaps
+
+    def approach(self):
+        return self._play("approach") if self._phases["approach"] else iter(())
 
     def close(self):
         return self._play("close")

@@ -16,14 +16,18 @@ from sgnlp.cli.flags import made
 from sgnlp.cli.progress import bars
 from sgnlp.hand.hand import Hand
 from sgnlp.perception.observation import PLAIN, Observation, Reading, load
+from sgnlp.perception.shape import Shape
 from sgnlp.planning import reopen, results
 from sgnlp.planning.grasps import Grasps
+from sgnlp.planning.motion.way import Way, way
+from sgnlp.planning.surroundings import Surroundings
 from sgnlp.show import tables
 from sgnlp.show.png import drawable, picture
-from sgnlp.show.simulation_pictures import ends, scene
+from sgnlp.show.simulation_pictures import PHASES, ends, scene
 from sgnlp.simulation import Outcome, SimulationSettings, command, execute, plain, true_body
+from sgnlp.simulation.prepared import prepared
 
-SIMULATION = "simulation.json"
+SIMULATION, PICTURE = "simulation.json", "simulation-{}.png"
 DEFAULTS = SimulationSettings()
 
 
@@ -39,7 +43,7 @@ class Flags(SimulationSettings):
 
 @dataclass
 class Simulate:
-    """Carry out planned grasps on the true object in MuJoCo: close, lift, hold, push. Needs the extra `sim`."""
+    """Carry out planned grasps on the true object in MuJoCo: come, close, lift, hold, push. Needs the extra `sim`."""
 
     folder: tyro.conf.Positional[Path]
     """a result of `sgnlp solve`"""
@@ -53,6 +57,8 @@ class Simulate:
     """factor of that file to metres, as given to `sgnlp solve`"""
     true_load: bool = False
     """use the mass and friction in the object's file instead of --mass and --friction"""
+    motion: bool = False
+    """a hand that floats comes from the stand-off and rises as the trajectory has it; a hand on an arm always does"""
     pictures: bool = False
     """draw the first grasp at the end of each phase into the folder; needs the extra `view`"""
     settings: Annotated[Flags, tyro.conf.arg(name="")] = field(default_factory=Flags)
@@ -69,11 +75,12 @@ class Simulate:
         reading = PLAIN if self.object else reopen.reading(grasps.meta)
         seen = load(source, Reading(scale=self.scale, key=reading.key, up=reading.up, pose=reading.pose))
         thing, ranks, (settings, load_words) = true_body(seen), self._ranks(grasps), self._loaded(grasps, seen)
-        outcomes = []
+        around, outcomes = self._obstacles(grasps, seen), []
         with bars(console) as bar:
             simulating = bar("simulating", len(ranks))
             for rank in ranks:
-                outcomes.append(execute(command(grasps, rank), thing, hand, settings))
+                moving = self._motion(grasps, hand, rank)
+                outcomes.append(execute(command(grasps, rank), thing, hand, settings, around, moving))
                 simulating.advance(outcomes)
         folder = self.folder if self.folder.is_dir() else self.folder.parent
         results.write_text(folder / SIMULATION, results.json_text(self._made(source, settings, outcomes)))
@@ -81,11 +88,29 @@ class Simulate:
         _show(console, outcomes, hand, grasps)
         console.print(f"written: {folder / SIMULATION}", soft_wrap=True)
         if self.pictures:
-            shown = scene(command(grasps, 0), thing, hand, settings, outcomes[0], f"{thing.name}, grasp 0")
-            files = {f"simulation-{phase}.png": picture(shown, i, 0) for i, phase in enumerate(ends(outcomes[0].trace))}
-            results.write_files(folder, files)
-            console.print(f"written: {', '.join(str(folder / name) for name in files)}", soft_wrap=True)
+            told = prepared(command(grasps, 0), hand, settings, self._motion(grasps, hand, 0))
+            shown = scene(told, thing, settings, outcomes[0], f"{thing.name}, grasp 0", around)
+            drawn = {PICTURE.format(phase): picture(shown, i, 0) for i, phase in enumerate(ends(outcomes[0].trace))}
+            results.write_files(folder, dict.fromkeys(map(PICTURE.format, PHASES)) | drawn)
+            console.print(f"written: {', '.join(str(folder / name) for name in drawn)}", soft_wrap=True)
         return codes.FEASIBLE if any(outcome.score == 1 for outcome in outcomes) else codes.NONE_FEASIBLE
+
+    def _obstacles(self, grasps: Grasps, seen: Observation) -> tuple[Shape, ...]:
+        """Those of the plan: given to it, and seen in the cloud that was solved, which another `object` need not have.
+
+        Raises:
+            InputError: another object is given, and the cloud is not there any more or has changed.
+        """
+        given = Surroundings.restored(grasps.meta.get("surroundings", {}))
+        solved = reopen.observation(grasps, self.folder) if self.object and grasps.meta.get("input_digest") else seen
+        return given.and_seen(solved).obstacles
+
+    def _motion(self, grasps: Grasps, hand: Hand, rank: int) -> Way | None:
+        """The motion of a grasp; none where the hand floats at its pregrasp."""
+        if not (hand.arm or self.motion):
+            return None
+        asked = reopen.settings(grasps.meta)
+        return way(hand, asked.motion, asked.closing, grasps, rank)
 
     def _loaded(self, grasps: Grasps, seen: Observation) -> tuple[SimulationSettings, str]:
         """The settings with mass and friction as they are given, or else as asked for, and a line that says which."""
@@ -127,7 +152,7 @@ def _show(console: Console, outcomes: list[Outcome], hand: Hand, grasps: Grasps)
     console.print()
     console.print(tables.touches_table(outcomes[0], hand, np.asarray(grasps.forces_eq[0])))
     console.print()
-    for line in tables.closing_lines(outcomes[0]):
+    for line in (*tables.closing_lines(outcomes[0]), *tables.motion_lines(outcomes[0])):
         console.print(line, soft_wrap=True)
     console.print()
     scores = [outcome.score for outcome in outcomes]

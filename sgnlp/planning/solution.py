@@ -8,12 +8,13 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from sgnlp.base.settings import Closing
+from sgnlp.base.settings import Closing, Motion
 from sgnlp.hand.arm import Arm
 from sgnlp.hand.arm_kinematics import gravity_torques
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.inverse import closing_way, reached
 from sgnlp.hand.kinematics import frames, joint_torques
+from sgnlp.perception.shape import Shape
 from sgnlp.planning.kkt import SOLVED_FACTOR, Kkt
 from sgnlp.planning.planner import History, Iterate
 from sgnlp.planning.problem import Problem
@@ -64,6 +65,8 @@ class Solution:
     violations: tuple[Violation, ...]  # rows of the solver's last program that are not met, worst first
     hand: Hand | None = None  # that of the plan
     closing: Closing = field(default_factory=Closing)  # how it is to be carried out
+    motion: Motion = field(default_factory=Motion)  # how it gets there and up
+    obstacles: tuple[Shape, ...] = ()  # what it was planned to stay clear of, given and seen
     arm: Array | None = None  # (3, a) [rad], of an arm at the pregrasp, at the stand-off and lifted
     confidence: float = nan  # probability that it holds at the load of the plan; NaN: unknown
 
@@ -123,6 +126,8 @@ def solution(problem: Problem, start: Start, iterate: Iterate, nlp: Nlp) -> Solu
         history=iterate.history,
         violations=iterate.violations,
         closing=problem.settings.closing,
+        motion=problem.settings.motion,
+        obstacles=problem.surroundings.obstacles,
     )
 
 

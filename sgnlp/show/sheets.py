@@ -120,9 +120,14 @@ def simulated(grasps: Sequence[Mapping[str, Any]]) -> Sheet:
     """One row a simulated grasp, as `simulation.json` has it.
 
     "moved" is the object's motion before the last pad touched, "off plan" that of its equilibrium from the plan's.
+    "touched", there if anything was, is what hand, arm or object touched and should not.
     """
-    heads = ("grasp", "ending", "score", "strict", "rise", "slip", "pushes", "moved", "off plan")
-    return Sheet("Simulated; lengths in mm", (heads, *map(_simulated, range(len(grasps)), grasps)))
+    heads: tuple[str, ...] = ("grasp", "ending", "score", "strict", "rise", "slip", "pushes", "moved", "off plan")
+    touched = [", ".join(sorted({k["hit"] for k in grasp.get("knocks", ())})) for grasp in grasps]
+    rows: list[tuple[str, ...]] = [_simulated(rank, grasp) for rank, grasp in enumerate(grasps)]
+    if any(touched):
+        heads, rows = (*heads, "touched"), [(*row, names) for row, names in zip(rows, touched, strict=True)]
+    return Sheet("Simulated; lengths in mm", (heads, *rows))
 
 
 def _simulated(rank: int, grasp: Mapping[str, Any]) -> tuple[str, ...]:

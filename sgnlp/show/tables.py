@@ -124,6 +124,23 @@ def closing_lines(outcome: Outcome) -> list[str]:
     ]
 
 
+def motion_lines(outcome: Outcome) -> list[str]:
+    """How the motion was followed, and what touched that should not, in words; nothing where there was neither."""
+    found, way = [], outcome.carriage
+    if way is not None:
+        off = [1e3 * value for value in (way.approach_off, way.closing_off, way.lift_off)]
+        found.append(
+            f"The wrist was off its path by at most {off[0]:.1f} mm on the approach, {off[1]:.1f} mm while closing, "
+            f"{off[2]:.1f} mm on lift and hold."
+        )
+        if way.torque_share:
+            found.append(f"Joint torques of the arm reach {100 * way.torque_share:.0f} % of the effort.")
+    for knock in outcome.knocks:
+        where = f"In the phase {knock.phase}, {knock.part} touched {knock.hit}"
+        found.append(f"{where}: {1e3 * knock.depth:.1f} mm deep, {knock.force:.1f} N.")
+    return found
+
+
 def _off_plan(closing: Closing) -> list[str]:
     """How far the equilibrium is off the plan, as far as there is one."""
     found = []

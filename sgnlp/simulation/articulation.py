@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sgnlp.hand.arm import Arm
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.hand_file import Finger
 from sgnlp.hand.meshes import link_meshes, mesh_files
@@ -37,7 +38,7 @@ def articulation(hand: Hand, settings: SimulationSettings) -> Any:
     only where a link shows nothing. Each tip has the pad of the hand's description, a sphere; each joint the effort,
     and what mimics another joint that of the other.
     """
-    spec = _read(hand)
+    spec = read(hand)
     spec.compiler.boundmass, spec.compiler.boundinertia = LEAST_MASS, LEAST_INERTIA
     for link in spec.bodies[1:]:
         link.gravcomp = 1.0
@@ -63,7 +64,7 @@ def centre(finger: str) -> str:
     return f"tip/{finger}"
 
 
-def _read(hand: Hand) -> Any:
+def read(hand: Hand | Arm) -> Any:
     """A `mujoco.MjSpec` of the URDF, with an asset for each file, scale and, drawn back, for those of the tips."""
     import mujoco
 
@@ -73,7 +74,7 @@ def _read(hand: Hand) -> Any:
         for attribute in ("name", "link"):
             if part.tag in ("link", "parent", "child") and part.get(attribute) == WORLD:
                 part.set(attribute, f"{WORLD}_")
-    tips = {finger.frame for finger in hand.fingers}
+    tips = {finger.frame for finger in hand.fingers} if isinstance(hand, Hand) else set()
     assets: dict[tuple[str, tuple[float, ...], bool], str] = {}
     for link in robot.findall("link"):
         for mesh in link.iter("mesh"):

@@ -7,6 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.planning.motion.trajectory import APPROACH
+from sgnlp.simulation.outcome import ARM, EARLY, OBSTACLE, PREGRASP, THING, Knock
+from sgnlp.simulation.scene import TABLE
 from sgnlp.simulation.world import World
 
 Array = NDArray[np.float64]
@@ -41,12 +44,69 @@ def touches(world: World, data: Any) -> Iterator[Touch]:
 
 
 def penetrations(world: World, data: Any) -> dict[str, float]:
-    """Deepest overlap [m] of the hand with the object, the table and itself; 0 without any."""
-    deepest = {"object": 0.0, "table": 0.0, "self": 0.0}
+    """Deepest overlap [m] of the hand, or its arm, with object, table, obstacles and itself; 0 without any."""
+    deepest = {"object": 0.0, "table": 0.0, "self": 0.0, "obstacles": 0.0}
     for i in range(data.ncon):
         pair = set(data.contact[i].geom.tolist())
-        if pair & world.hand_geoms:
-            other = pair - world.hand_geoms
+        robot = world.hand_geoms | world.arm_geoms
+        if pair & robot:
+            other = pair - robot
             kind = "self" if not other else "table" if world.table in other else "object"
+            kind = "obstacles" if other & world.obstacles.keys() else kind
             deepest[kind] = max(deepest[kind], -float(data.contact[i].dist))
     return deepest
+
+
+def knocks(world: World, data: Any, phase: str) -> tuple[Knock, ...]:
+    """What touches where it should not: anything an obstacle, the arm anything, and the hand the object on approach.
+
+    Of contacts of the same parts, the deepest and the sum of the normal forces.
+    """
+    import mujoco
+
+    found: dict[tuple[str, str, str], Knock] = {}
+    for i, told in _unwanted(world, data, phase):
+        if data.contact[i].efc_address < 0:
+            continue
+        wrench = np.zeros(6)
+        mujoco.mj_contactForce(world.model, data, i, wrench)
+        before = found.get(told)
+        depth = max(-float(data.contact[i].dist), before.depth if before else 0.0)
+        force = abs(float(wrench[0])) + (before.force if before else 0.0)
+        found[told] = Knock(phase, *told, depth=depth, force=force)
+    return tuple(found.values())
+
+
+def overlaps(world: World, data: Any) -> tuple[Knock, ...]:
+    """The same of what is put where it is, without forces: the pregrasp."""
+    found: dict[tuple[str, str, str], float] = {}
+    for i, told in _unwanted(world, data, PREGRASP):
+        found[told] = max(found.get(told, 0.0), -float(data.contact[i].dist))
+    return tuple(Knock(PREGRASP, *told, depth=depth, force=0.0) for told, depth in found.items() if depth > 0)
+
+
+def _unwanted(world: World, data: Any, phase: str) -> Iterator[tuple[int, tuple[str, str, str]]]:
+    """The places of these contacts, with kind, part and what it touches."""
+    if not world.obstacles and not world.arm_geoms and phase != APPROACH:
+        return
+    for i in range(data.ncon):
+        one, other = data.contact[i].geom.tolist()
+        told = _told(world, one, other, phase)
+        if told is not None:
+            yield i, told
+
+
+def _told(world: World, one: int, other: int, phase: str) -> tuple[str, str, str] | None:
+    """Kind, part and what it touches, if that is told of."""
+    for part, hit in ((one, other), (other, one)):
+        if hit in world.obstacles:
+            return OBSTACLE, world.link(part), world.obstacles[hit]
+        if part in world.arm_geoms:
+            return ARM, world.link(part), world.link(hit) if hit in world.hand_geoms else _name(world, hit)
+        if part in world.hand_geoms and hit in world.object_geoms and phase == APPROACH:
+            return EARLY, world.link(part), THING
+    return None
+
+
+def _name(world: World, geom: int) -> str:
+    return TABLE if geom == world.table else THING

@@ -7,6 +7,8 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from sgnlp.control.command import Command
+from sgnlp.hand.hand import Hand
+from sgnlp.simulation.route import Leg, Route
 from sgnlp.simulation.settings import SimulationSettings
 
 Array = NDArray[np.float64]
@@ -43,7 +45,29 @@ def erred(command: Command, settings: SimulationSettings) -> Command:
     """
     if not (settings.place_error or settings.turn_error):
         return command
+    return displaced(command, *_error(settings))
+
+
+def carried_wrong(hand: Hand, way: Route, command: Command, settings: SimulationSettings) -> tuple[Hand, Route]:
+    """The hand and its route with the same error: the base of an arm, or the way of a wrist that floats, goes along.
+
+    `command` is that of the plan.
+    """
+    if not (settings.place_error or settings.turn_error):
+        return hand, way
+    shift, turn = _error(settings)
+    if hand.arm is None:
+        legs = (Leg(leg.times, leg.coordinates @ turn.T) for leg in (way.approach, way.lift))
+        return hand, Route(*legs)
+    middle, base = command.tips.mean(axis=0), pin.XYZQUATToSE3(hand.arm.base)
+    place = turn @ (base.translation - middle) + middle + shift
+    pose = pin.SE3ToXYZQUAT(pin.SE3(turn @ base.rotation, place))
+    return replace(hand, arm=replace(hand.arm, base=pose)), way
+
+
+def _error(settings: SimulationSettings) -> tuple[Array, Array]:
+    """Shift (3,) [m] and turn (3, 3)."""
     rng = np.random.default_rng(settings.seed)
     heading, axis = rng.uniform(0.0, 2 * np.pi), rng.normal(size=3)
     shift = settings.place_error * np.array([np.cos(heading), np.sin(heading), 0.0])
-    return displaced(command, shift, pin.exp3(np.radians(settings.turn_error) * axis / np.linalg.norm(axis)))
+    return shift, pin.exp3(np.radians(settings.turn_error) * axis / np.linalg.norm(axis))

@@ -1,18 +1,22 @@
 """From the readings of an experiment to its outcome."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.control.command import Command, check
+from sgnlp.control.command import Command
 from sgnlp.hand.hand import Hand
+from sgnlp.perception.shape import Shape
 from sgnlp.simulation.body import Body
 from sgnlp.simulation.closing import closed
-from sgnlp.simulation.displacement import erred
-from sgnlp.simulation.outcome import Ending, Lift, Outcome, Pregrasp, Push
+from sgnlp.simulation.outcome import Carriage, Ending, Knock, Lift, Outcome, Pregrasp, Push
+from sgnlp.simulation.prepared import prepared
 from sgnlp.simulation.protocol import AXES, Experiment, angle
 from sgnlp.simulation.recorder import Reading
+from sgnlp.simulation.route import Moving
 from sgnlp.simulation.settings import SAMPLE, SimulationSettings
 
 Array = NDArray[np.float64]
@@ -24,34 +28,49 @@ SLID_SCORE = 0.5
 DEFAULTS = SimulationSettings()
 
 
-def execute(command: Command, body: Body, hand: Hand, settings: SimulationSettings = DEFAULTS) -> Outcome:
+def execute(
+    command: Command,
+    body: Body,
+    hand: Hand,
+    settings: SimulationSettings = DEFAULTS,
+    obstacles: Sequence[Shape] = (),
+    motion: Moving | None = None,
+) -> Outcome:
     """Carry out a grasp on the true object and judge it, the hand off by the settings' errors of its place.
 
+    `obstacles` stand fixed around the object. Along a `motion`, such as `Trajectory`, the hand comes from the stand-off
+    and rises, carried by its arm if it is on one; without a motion it floats at the pregrasp and rises by the settings.
     The same arguments give the same bits.
 
     Raises:
-        InputError: the command does not fit the hand, or MuJoCo refuses the hand or the mesh.
+        InputError: the command does not fit the hand or the motion, or MuJoCo refuses the hand, its arm or the mesh.
     """
-    check(command, hand)
-    told = erred(command, settings)
-    return judge(Experiment(told, body, hand, settings), told)
+    told = prepared(command, hand, settings, motion)
+    return judge(Experiment(told.command, body, told.hand, settings, obstacles, told.route), told.command)
 
 
 def judge(experiment: Experiment, command: Command) -> Outcome:
     """Take an experiment through its phases and judge its readings; nothing here knows the simulator."""
     settings, body = experiment.settings, experiment.body
-    pregrasp = _pregrasp(experiment)
-    if max(pregrasp.penetration_object, pregrasp.penetration_table) > settings.max_penetration:
-        return Outcome("in collision", 0.0, 0.0, pregrasp, None, None, (), experiment.recorder.trace())
-    closing = _finite(experiment.close())
-    lifting = _finite(experiment.lift()) if closing[-1].finite else []
-    clear = bool(lifting) and lifting[-1].finite and _clearance(lifting[-1:], body) > CLEAR
-    holding = _finite(experiment.hold()) if clear else []
+    pregrasp, depth = _pregrasp(experiment), settings.max_penetration
+    inside = (pregrasp.penetration_object, pregrasp.penetration_table, pregrasp.penetration_obstacles)
+    if max(inside) > depth:
+        deep = tuple(knock for knock in experiment.overlaps() if knock.depth > depth)
+        return Outcome("in collision", 0.0, 0.0, pregrasp, None, None, (), experiment.recorder.trace(), deep)
+    force = settings.collision_force
+    coming = _finite(experiment.approach(), force)
+    closing = _finite(experiment.close(), force) if _goes_on(coming, force) else []
+    lifting = _finite(experiment.lift(), force) if closing and _goes_on(closing, force) else []
+    clear = bool(lifting) and _goes_on(lifting, force) and _clearance(lifting[-1:], body) > CLEAR
+    holding = _finite(experiment.hold(), force) if clear else []
     readings = [*closing, *lifting, *holding]
-    shut = closed(experiment, closing, command) if closing[-1].finite else None
+    shut = closed(experiment, closing, command) if closing and closing[-1].finite else None
     lifted = _lift(experiment, lifting, holding, body) if lifting and readings[-1].finite else None
-    ending = _ending(lifted, bool(holding), settings, settings.rise)
-    strict = _ending(lifted, bool(holding), settings, settings.rise_strict)
+    hit = any(_collided(reading, force) for reading in (*coming, *readings))
+    ending, strict = (
+        "in collision" if hit else _ending(lifted, bool(holding), settings, rise)
+        for rise in (settings.rise, settings.rise_strict)
+    )
     pushed = ending in ("held", "slid") and settings.push_weights > 0
     pushes = tuple(_push(experiment, name, holding[-1]) for name in AXES) if pushed else ()
     return Outcome(
@@ -63,15 +82,49 @@ def judge(experiment: Experiment, command: Command) -> Outcome:
         lift=lifted,
         pushes=pushes,
         trace=experiment.recorder.trace(),
+        knocks=worst([*coming, *readings]),
+        carriage=_carriage(coming, closing, [*lifting, *holding]) if coming else None,
     )
 
 
-def _finite(phase: Iterable[Reading]) -> list[Reading]:
-    """The readings of a phase, up to the first that is not finite."""
+def _goes_on(readings: list[Reading], force: float) -> bool:
+    """Whether the next phase begins: nothing diverged, and the robot has not stopped because it hit something."""
+    return not readings or (readings[-1].finite and not _collided(readings[-1], force))
+
+
+def _collided(reading: Reading, force: float) -> bool:
+    return any(knock.collision(force) for knock in reading.knocks)
+
+
+def worst(readings: Iterable[Reading]) -> tuple[Knock, ...]:
+    """Of knocks of the same parts in a phase, the greatest depth and force, in the order in which they began."""
+    found: dict[tuple[str, ...], Knock] = {}
+    for knock in (knock for reading in readings for knock in reading.knocks):
+        key = knock.phase, knock.kind, knock.part, knock.hit
+        before = found.get(key, knock)
+        found[key] = replace(knock, depth=max(knock.depth, before.depth), force=max(knock.force, before.force))
+    return tuple(found.values())
+
+
+def _carriage(coming: list[Reading], closing: list[Reading], rising: list[Reading]) -> Carriage:
+    spans = ([r for r in readings if r.finite] for readings in (coming, closing, rising))
+    approach, shut, lift = (max((r.off for r in readings), default=0.0) for readings in spans)
+    return Carriage(
+        approach_seconds=len(coming) * SAMPLE,
+        lift_seconds=sum(r.phase == "lift" for r in rising) * SAMPLE,
+        approach_off=approach,
+        closing_off=shut,
+        lift_off=lift,
+        torque_share=max(r.strain for r in (*coming, *closing, *rising)),
+    )
+
+
+def _finite(phase: Iterable[Reading], force: float = inf) -> list[Reading]:
+    """The readings of a phase, up to the first that is not finite, or where the robot hits something at a force [N]."""
     readings = []
     for reading in phase:
         readings.append(reading)
-        if not reading.finite:
+        if not reading.finite or _collided(reading, force):
             break
     return readings
 
@@ -86,6 +139,7 @@ def _pregrasp(experiment: Experiment) -> Pregrasp:
         penetration_object=depth["object"],
         penetration_table=depth["table"],
         penetration_self=depth["self"],
+        penetration_obstacles=depth["obstacles"],
         settle_shift=float(np.linalg.norm(begin.centre - experiment.given)),
         settle_turn=angle(begin.rotation),
     )

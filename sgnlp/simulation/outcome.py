@@ -10,16 +10,51 @@ Array = NDArray[np.float64]
 
 Ending = Literal["held", "slid", "dropped", "not lifted", "in collision", "diverged"]
 
+PREGRASP = "pregrasp"
+OBSTACLE, ARM, EARLY = "obstacle", "arm", "approach"
+"""Kinds of a knock."""
+THING = "object"
+"""What a knock calls the object."""
+
 
 @dataclass(frozen=True)
 class Pregrasp:
-    """The hand at its pregrasp, the object at rest on the table."""
+    """The hand, and the arm that carries it, as planned at the pregrasp, the object at rest on the table."""
 
     penetration_object: float  # [m] deepest of the hand in the object
     penetration_table: float  # [m]
     penetration_self: float  # [m]
+    penetration_obstacles: float  # [m] deepest of hand or arm in an obstacle
     settle_shift: float  # [m] motion of the object's centre of mass from where it was given to rest
     settle_turn: float  # [rad]
+
+
+@dataclass(frozen=True)
+class Knock:
+    """Two parts that touched, of which none should: the deepest and the hardest of a phase."""
+
+    phase: str
+    kind: str  # "obstacle"; "arm": the arm touched something else; "approach": the hand touched the object too early
+    part: str  # link of hand or arm, or "object"
+    hit: str  # name of an obstacle; "table", "object", or a link of the hand
+    depth: float  # [m]
+    force: float  # [N], normal; 0 at the pregrasp, where hand and arm are put to see how deep they are
+
+    def collision(self, force: float) -> bool:
+        """Whether a robot would stop there, at a force [N]: its hand or arm hit what it should stay clear of."""
+        return self.force >= force and (self.kind == ARM or (self.kind == OBSTACLE and self.part != THING))
+
+
+@dataclass(frozen=True)
+class Carriage:
+    """How the arm, or a wrist that floats, followed the motion."""
+
+    approach_seconds: float  # [s]
+    lift_seconds: float  # [s]
+    approach_off: float  # [m] farthest of the hand's root link from where it was told to be, on the approach
+    closing_off: float  # [m] the same while the fingers closed, at the pregrasp
+    lift_off: float  # [m] the same on the lift and the hold
+    torque_share: float  # largest torque of a joint of the arm over its effort, its weight included; 0 without an arm
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,11 +116,12 @@ class Push:
 class Trace:
     """Samples of the whole run for pictures and figures: T samples, m fingers."""
 
-    time: Array  # (T,) [s] since the pregrasp
-    phase: NDArray[np.str_]  # (T,) pregrasp, close, lift, hold, push +x ...
+    time: Array  # (T,) [s] since the pregrasp; below 0 on the approach
+    phase: NDArray[np.str_]  # (T,) pregrasp, or with a motion approach, then close, lift, hold, push +x ...
     qpos: Array  # (T, nq) MuJoCo's configuration
     tips: Array  # (T, m, 3) [m] centres of the pads
     forces: Array  # (T, m, 3) [N] of the pads on the object
+    wrist: Array  # (T, 7) pose of the hand's root link, x y z [m] qx qy qz qw
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +138,15 @@ class Outcome:
     lift: Lift | None
     pushes: tuple[Push, ...]
     trace: Trace
+    knocks: tuple[Knock, ...] = ()
+    """what touched an obstacle, what the arm touched, and what touched the object on the approach"""
+    carriage: Carriage | None = None
+    """None where no motion was carried out"""
+
+    @property
+    def obstacles_touched(self) -> tuple[str, ...]:
+        """The names of the obstacles that hand, arm or object touched."""
+        return tuple(sorted({knock.hit for knock in self.knocks if knock.kind == OBSTACLE}))
 
     @property
     def pushes_held(self) -> int:

@@ -1,7 +1,8 @@
-"""The experiment, phase by phase: settle, pregrasp, close until rest, lift, hold, six pushes."""
+"""The experiment, phase by phase: settle, approach by a route, pregrasp, close until rest, lift, hold, six pushes."""
 
 import copy
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from math import ceil
 from typing import Any
@@ -14,10 +15,15 @@ from sgnlp.control.command import Command
 from sgnlp.control.controller import Controller
 from sgnlp.control.law import WEIGHTLESS, Law
 from sgnlp.hand.hand import Hand
+from sgnlp.perception.shape import Shape
+from sgnlp.planning.motion.trajectory import APPROACH
 from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.simulation.body import Body
-from sgnlp.simulation.contacts import penetrations
+from sgnlp.simulation.contacts import overlaps, penetrations
+from sgnlp.simulation.driver import Driver
+from sgnlp.simulation.outcome import Knock
 from sgnlp.simulation.recorder import Reading, Recorder
+from sgnlp.simulation.route import Leg, Route
 from sgnlp.simulation.settings import ROUNDING, SAMPLE, SimulationSettings
 from sgnlp.simulation.world import ARM_INERTIA, object_alone, world
 
@@ -35,26 +41,60 @@ AXES = {"+x": (1, 0, 0), "-x": (-1, 0, 0), "+y": (0, 1, 0), "-y": (0, -1, 0), "+
 class Experiment:
     """One grasp in the simulator. The phases are generators of readings, to be taken in their order."""
 
-    def __init__(self, command: Command, body: Body, hand: Hand, settings: SimulationSettings) -> None:
+    def __init__(
+        self,
+        command: Command,
+        body: Body,
+        hand: Hand,
+        settings: SimulationSettings,
+        obstacles: Sequence[Shape] = (),
+        route: Route | None = None,
+    ) -> None:
+        """Without a route the hand floats: it is at its pregrasp at once, and rises by the settings."""
         import mujoco
 
-        self.settings, self.body, self.ramp = settings, body, command.closing_seconds
-        self.world = world(body, hand, command, settings)
+        self.settings, self.body, self.ramp, self.route = settings, body, command.closing_seconds, route
+        self.world = world(body, hand, command, settings, obstacles, route)
         self.data: Any = mujoco.MjData(self.world.model)
-        self.data.qpos[self.world.object_place] = settled(body, settings)
+        self.data.qpos[self.world.object_place] = settled(body, settings, obstacles)
         self.data.qpos[self.world.hand_joints] = hand.moving_angles(command.joints)
         self.controller = Controller(hand, command, law(settings))
+        if route:
+            self.data.qpos[self.world.carrier] = route.approach.end
         mujoco.mj_fwdPosition(self.world.model, self.data)
+        self._inside = penetrations(self.world, self.data), overlaps(self.world, self.data)
+        self._driver = self._stand_off(route) if route else None
         self.act()
         mujoco.mj_forward(self.world.model, self.data)
         hull = body.vertices[ConvexHull(body.vertices).vertices]
         self.recorder = Recorder(self.world, hull)
         self.given = self.world.model.body_ipos[self.world.object_body].copy()  # (3,) centre of mass before settling
-        self.begin = self.recorder.read(self.data, "pregrasp")
+        self.begin = self.recorder.read(self.data, APPROACH if route else "pregrasp")
+
+    def _stand_off(self, route: Route) -> Driver:
+        """Go back from the pregrasp to where the approach begins; it ends at time 0."""
+        import mujoco
+
+        driver = Driver(self.world, self.data, route.approach.end, self.settings)
+        self.data.qpos[self.world.carrier] = route.approach.coordinates[0]
+        driver.drive(self.data, route.approach, 0.0)
+        self.data.time = -SAMPLE * samples(route.approach)
+        mujoco.mj_fwdPosition(self.world.model, self.data)
+        return driver
 
     def penetrations(self) -> dict[str, float]:
-        """Of the hand at the pregrasp [m]."""
-        return penetrations(self.world, self.data)
+        """Of hand and arm at the planned pregrasp [m]."""
+        return self._inside[0]
+
+    def overlaps(self) -> tuple[Knock, ...]:
+        """What the hand and the arm are in at the planned pregrasp, and should not."""
+        return self._inside[1]
+
+    def approach(self) -> Iterator[Reading]:
+        """Along the route to the pregrasp, the fingers as they are there; nothing without a route."""
+        if self.route:
+            yield from self._along(APPROACH, self.route.approach)
+            self.data.time = 0.0  # but for rounding
 
     def close(self) -> Iterator[Reading]:
         """The setpoints ramp to their ends, then the springs act until all is at rest, or for the longest wait."""
@@ -69,14 +109,17 @@ class Experiment:
                 return
 
     def lift(self) -> Iterator[Reading]:
-        """Wrist and targets rise along the quintic h (10 s³ - 15 s⁴ + 6 s⁵), at rest at both ends."""
-        samples = round(self.settings.lift_time / SAMPLE)
+        """Along the route; or wrist and targets rise by the quintic h (10 s³ - 15 s⁴ + 6 s⁵), at rest at both ends."""
+        if self.route:
+            yield from self._along("lift", self.route.lift)
+            return
+        (rise,), samples = self.world.carrier_speeds, round(self.settings.lift_time / SAMPLE)
         for i in range(samples):
             s = (i + 0.5) / samples
             acceleration = self.settings.lift_height * (60 * s - 180 * s**2 + 120 * s**3) / (samples * SAMPLE) ** 2
-            self.data.qfrc_applied[self.world.lift] = ARM_INERTIA * acceleration
+            self.data.qfrc_applied[rise] = ARM_INERTIA * acceleration
             yield self._advance("lift")
-        self.data.qfrc_applied[self.world.lift] = 0.0
+        self.data.qfrc_applied[rise] = 0.0
 
     def hold(self) -> Iterator[Reading]:
         """Nothing moves on purpose."""
@@ -95,19 +138,34 @@ class Experiment:
             self.data = before
             self.recorder.forget()
 
-    def _advance(self, phase: str) -> Reading:
+    def _along(self, phase: str, leg: Leg) -> Iterator[Reading]:
+        for i in range(samples(leg)):
+            yield self._advance(phase, leg, i * SAMPLE)
+        if self._driver:
+            self._driver.rest(self.data, leg)
+
+    def _advance(self, phase: str, leg: Leg | None = None, time: float = 0.0) -> Reading:
+        """A sample further, along a leg of which `time` [s] is over."""
         import mujoco
 
-        for _ in range(round(SAMPLE / self.settings.timestep)):
+        for i in range(round(SAMPLE / self.settings.timestep)):
+            if self._driver and leg:
+                self._driver.drive(self.data, leg, time + i * self.settings.timestep)
             mujoco.mj_step1(self.world.model, self.data)
             self.act()
             mujoco.mj_step2(self.world.model, self.data)
-        return self.recorder.read(self.data, phase)
+        reading = self.recorder.read(self.data, phase)
+        return replace(reading, off=self._driver.off(reading.wrist)) if self._driver else reading
 
     def act(self) -> None:
-        """Write the torques of the controller into the motors. It closes from the begin on."""
-        now = self.data
-        now.ctrl[:] = self.controller.torques(now.time, self.world.wrist(now), *self.world.own_joints(now))
+        """Write the torques of the controller into the motors. It closes from the begin on, time 0."""
+        now, motors = self.data, len(self.world.effort)
+        now.ctrl[:motors] = self.controller.torques(now.time, self.world.wrist(now), *self.world.own_joints(now))
+
+
+def samples(leg: Leg) -> int:
+    """How many samples a leg takes."""
+    return ceil(leg.seconds / SAMPLE - ROUNDING)
 
 
 def law(settings: SimulationSettings) -> Law:
@@ -136,11 +194,11 @@ def angle(R: Array) -> float:
     return float(2 * np.arcsin(min(np.linalg.norm(R - np.eye(3)) / np.sqrt(8.0), 1.0)))
 
 
-def settled(body: Body, settings: SimulationSettings) -> Array:
+def settled(body: Body, settings: SimulationSettings, obstacles: Sequence[Shape] = ()) -> Array:
     """The object's qpos (7,) at rest on the table, from where its mesh was given."""
     import mujoco
 
-    model = object_alone(body, settings)
+    model = object_alone(body, settings, obstacles)
     data = mujoco.MjData(model)
     steps, still = round(SAMPLE / settings.timestep), 0
     for _ in range(round(SETTLE_TIME / SAMPLE)):

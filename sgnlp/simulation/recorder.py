@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.simulation.contacts import Touch, touches
-from sgnlp.simulation.outcome import Trace
+from sgnlp.simulation.contacts import Touch, knocks, touches
+from sgnlp.simulation.outcome import Knock, Trace
 from sgnlp.simulation.slip import Frame, Mark, mark
 from sgnlp.simulation.world import World
 
@@ -33,6 +33,10 @@ class Reading:
     links: dict[str, float]  # normal force [N] on the object of each link that touches it without its pad
     torques: Array  # (n,) |torque| of the motors over the hand's effort
     slide: Array  # (m,) [m] of each pad over the surface since the reading before
+    wrist: Array  # (7,) pose of the hand's root link, x y z [m] qx qy qz qw
+    knocks: tuple[Knock, ...] = ()
+    strain: float = 0.0  # largest torque of a joint of the arm over its effort
+    off: float = 0.0  # [m] of the root link from where it was told to be
 
     @property
     def finite(self) -> bool:
@@ -73,6 +77,9 @@ class Recorder:
             links=links,
             torques=np.abs(data.qfrc_actuator[self.world.hand_speeds[: len(effort)]]) / effort,
             slide=slide,
+            wrist=self.world.wrist(data),
+            knocks=knocks(self.world, data, phase),
+            strain=self._strain(data),
         )
         self._keep(data, reading)
         return reading
@@ -97,15 +104,21 @@ class Recorder:
                 forces[i] += touch.force
                 if i not in firmest or touch.force @ touch.force > firmest[i].force @ firmest[i].force:
                     firmest[i] = touch
-            elif touch.geom != self.world.table:
+            elif touch.geom in self.world.hand_geoms:
                 name = self.world.link(touch.geom)
                 links[name] = links.get(name, 0.0) + abs(float(touch.force @ touch.normal))
         return firmest, forces, links
 
+    def _strain(self, data: Any) -> float:
+        arm = self.world.arm
+        return 0.0 if arm is None else float((np.abs(data.qfrc_actuator[self.world.carrier_speeds]) / arm.effort).max())
+
     def _keep(self, data: Any, reading: Reading) -> None:
         """Every few readings, what a picture needs."""
         if self._count % TRACE_EVERY == 0:
-            self._rows.append((reading.time, reading.phase, data.qpos.copy(), reading.tips, reading.forces))
+            self._rows.append(
+                (reading.time, reading.phase, data.qpos.copy(), reading.tips, reading.forces, reading.wrist)
+            )
         self._count += 1
 
 

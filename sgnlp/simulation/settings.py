@@ -51,6 +51,14 @@ class SimulationSettings(Checked):
     0.1 mm/s (tests/test_simulation.py)"""
     friction_impedance: Annotated[float, (1.0, 10000.0)] = 100.0
     """stiffness of friction over that of the normal force"""
+    arm_give: Positive = 0.03
+    """how far a joint of an arm gives way before its servo uses the whole effort [rad or m]: 2900 N m/rad in the large
+    joints of a Panda (the examples of its maker's libfranka: 2000 to 3000), damped critically"""
+    arm_armature: Positive = 0.1
+    """rotor inertia seen at a joint of an arm [kg m² or kg] (MuJoCo Menagerie's Panda)"""
+    collision_force: Positive = 20.0
+    """force of hand or arm on an obstacle, or of the arm on table, object or hand, that counts as a collision [N]: at
+    this force the examples of libfranka have a Panda stop by itself"""
     piece_error: Positive = 0.002
     """concavity allowed to a convex piece of the object [m]"""
     close_time: Positive = 6.0

@@ -3,6 +3,8 @@
 from sgnlp.base.errors import InputError
 from sgnlp.control.command import Command
 from sgnlp.perception.observation import Observation
+from sgnlp.planning.grasps import stack
+from sgnlp.planning.motion.way import way
 from sgnlp.planning.solution import Solution
 from sgnlp.simulation.body import true_body
 from sgnlp.simulation.judge import DEFAULTS, execute
@@ -12,6 +14,8 @@ from sgnlp.simulation.settings import SimulationSettings
 
 def simulate(solution: Solution | None, observation: Observation, settings: SimulationSettings = DEFAULTS) -> Outcome:
     """Close, lift, hold and push in MuJoCo: whether a solution of a plan holds the object that `observation` knows.
+
+    The obstacles of the plan are there. A hand on an arm comes from the stand-off and rises as the plan's motion does.
 
     Raises:
         InputError: there is no solution, the observation has no true surface, or MuJoCo refuses hand or mesh.
@@ -35,4 +39,7 @@ def simulate(solution: Solution | None, observation: Observation, settings: Simu
         rotation_eq=g.rotation,
         translation_eq=solution.translation_eq,
     )
-    return execute(told, true_body(observation), solution.hand, settings)
+    hand, motion = solution.hand, None
+    if hand.arm is not None and solution.arm is not None:
+        motion = way(hand, solution.motion, closing, stack(hand, (), [solution], {}), 0)
+    return execute(told, true_body(observation), hand, settings, solution.obstacles, motion)

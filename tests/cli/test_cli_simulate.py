@@ -10,17 +10,23 @@ import pytest
 pytest.importorskip("mujoco")
 
 from grips import box, faces, grip
+from motions import motion
 
 from sgnlp.base.presets import ROBUST
 from sgnlp.cli import run
 from sgnlp.hand.hand import load_hand
+from sgnlp.hand.meshes import link_meshes, link_poses
+from sgnlp.perception.observation import load
+from sgnlp.perception.shape import Shape
 from sgnlp.planning import results
 from sgnlp.planning.grasps import PER_HAND, Grasps, stack
+from sgnlp.planning.surroundings import Surroundings
 from sgnlp.program.terms import preset_terms
 from sgnlp.show.camera import placed
 from sgnlp.show.scene_parts import NEWTON
 from sgnlp.show.simulation_pictures import ends, scene
 from sgnlp.simulation import SimulationSettings, execute
+from sgnlp.simulation.prepared import Prepared, prepared
 
 HAND = load_hand("allegro_left")
 SHORT = ("--hold-time", "0.3", "--push-time", "0.2")
@@ -134,8 +140,52 @@ def test_it_ends_with_1_where_nothing_holds(folder, capfd):
     assert "not lifted" in capfd.readouterr().out
 
 
+def around(folder: Path, *obstacles: Shape) -> None:
+    """Put obstacles into the result."""
+    grasps = results.load_grasps(folder)
+    grasps.meta["surroundings"] = Surroundings(obstacles).plain()
+    results.save(grasps, {}, folder)
+
+
+def test_the_obstacles_of_the_plan_are_there_and_what_touches_them_is_told(folder, capfd):
+    around(folder, Shape.box([0.0, 0.0, 0.3], [0.4, 0.4, 0.3], name="roof"))
+    assert simulate(folder, "--push-weights", 0) == 1
+    (grasp,) = json.loads((folder / "simulation.json").read_text(encoding="utf-8"))["grasps"]
+    assert grasp["ending"] == "in collision"
+    assert {knock["hit"] for knock in grasp["knocks"]} == {"roof"}
+    shown = capfd.readouterr().out
+    assert "touched roof: " in shown
+    assert next(line for line in shown.splitlines() if line.startswith("0 ")).endswith("roof")
+
+
+def test_what_the_camera_saw_beside_the_object_is_there_even_where_the_true_object_is_in_another_file(folder):
+    with np.load("box.npz") as known:
+        arrays = dict(known)
+    np.savez("true.npz", **arrays)
+    beside = np.array([[x, 0.0, z] for x in np.linspace(0.05, 0.1, 8) for z in np.linspace(0.0, 0.1, 8)])
+    np.savez("box.npz", **arrays, obstacle_points=beside, obstacle=np.ones(len(beside), int))
+    grasps = results.load_grasps(folder)
+    grasps.meta["input_digest"] = load("box.npz").digest
+    results.save(grasps, {}, folder)
+    for arguments in ((), ("--object", "true.npz")):
+        assert simulate(folder, "--push-weights", 0, *arguments) == 1
+        (grasp,) = json.loads((folder / "simulation.json").read_text(encoding="utf-8"))["grasps"]
+        assert {knock["hit"] for knock in grasp["knocks"]} == {"obstacle 1"}
+
+
+def test_a_hand_that_floats_carries_out_its_motion_if_asked_to(folder, capfd):
+    assert simulate(folder, "--push-weights", 0) == 0
+    assert "The wrist was off its path" not in capfd.readouterr().out
+    assert simulate(folder, "--push-weights", 0, "--motion") == 0
+    assert "The wrist was off its path by at most 0.0 mm on the approach" in capfd.readouterr().out
+    (grasp,) = json.loads((folder / "simulation.json").read_text(encoding="utf-8"))["grasps"]
+    assert grasp["carriage"]["torque_share"] == 0.0
+    assert grasp["lift"]["rise"] == pytest.approx(0.1, abs=0.01)
+
+
 def test_pictures_are_drawn_without_a_screen(folder):
     pytest.importorskip("matplotlib")
+    (folder / "simulation-approach.png").write_bytes(b"of a run before")
     assert simulate(folder, "--pictures", "--push-weights", 0) == 0
     drawn = {file.name: file.read_bytes()[:4] for file in folder.glob("*.png")}
     assert drawn == {f"simulation-{phase}.png": b"\x89PNG" for phase in ("pregrasp", "close", "lift", "hold")}
@@ -145,7 +195,7 @@ def test_a_picture_shows_hand_object_and_forces_where_the_simulation_had_them():
     thing, settings = box(), SimulationSettings(hold_time=0.3, push_time=0.2, push_weights=0)
     asked = grip(HAND, *faces(0.06, 0.045))
     outcome = execute(asked, thing, HAND, settings)
-    shown = scene(asked, thing, HAND, settings, outcome, "box")
+    shown = scene(Prepared(asked, HAND, None), thing, settings, outcome, "box")
     assert [view.title.split(",")[0] for view in shown.views] == ["pregrasp", "close", "lift", "hold"]
     for rank, row in enumerate(ends(outcome.trace).values()):
         shapes, tips = placed(shown, rank, 0), outcome.trace.tips[row]
@@ -179,3 +229,22 @@ def test_a_bad_input_is_refused_in_one_line(folder, capfd, arguments, message):
 def test_a_missing_result_is_refused(folder, capfd):
     assert simulate("nothing") == 3
     assert "no result at 'nothing'" in capfd.readouterr().err
+
+
+def test_a_picture_shows_the_arm_and_the_obstacles_where_they_are():
+    hand = load_hand("allegro_left", arm="panda")
+    asked, settings = grip(HAND, *faces(0.06, 0.045)), SimulationSettings(hold_time=0.1, push_weights=0)
+    made, crate = motion(hand, asked.wrist), Shape.box([0.3, 0.1, 0.05], [0.1, 0.1, 0.1], name="crate")
+    outcome = execute(asked, box(), hand, settings, (crate,), made)
+    shown = scene(prepared(asked, hand, settings, made), box(), settings, outcome, "box", (crate,))
+    assert [view.title.split(",")[0] for view in shown.views] == ["approach", "close", "lift", "hold"]
+    shapes = placed(shown, 0, 0)
+    (box_,) = (shape.vertices for shape in shapes if shape.layer == "obstacles")
+    np.testing.assert_allclose([box_.min(axis=0), box_.max(axis=0)], [[0.25, 0.05, 0], [0.35, 0.15, 0.1]], atol=1e-12)
+    arm = [shape.vertices for shape in shapes if shape.layer == "arm"]
+    joints = outcome.trace.qpos[ends(outcome.trace)["approach"]][:7]
+    places = link_poses(hand.arm, hand.arm.base, joints)
+    for vertices, mesh, place in zip(arm, link_meshes(hand.arm)[0], places, strict=True):
+        np.testing.assert_allclose(vertices, mesh.vertices @ place[:3, :3].T + place[:3, 3], atol=1e-9)
+    fingers = np.concatenate([shape.vertices for shape in shapes if shape.layer == "hand"])
+    assert all(np.linalg.norm(fingers - tip, axis=1).min() < 0.02 for tip in asked.tips)

@@ -10,10 +10,12 @@ from scipy.spatial.transform import Rotation
 
 from sgnlp.base.errors import SgnlpError
 from sgnlp.hand.kinematics import frames
+from sgnlp.perception.shape import Shape
 from sgnlp.planning.kkt import Kkt
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.planner import History, Iterate
 from sgnlp.planning.solution import Solution, feasibility, rank, solution
+from sgnlp.planning.surroundings import Surroundings
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.ops import Exact
@@ -198,15 +200,22 @@ def test_a_check_says_what_was_demanded_in_the_unit_of_tables():
 # --- recomputed values ----------------------------------------------------------------------------------------------
 
 
-def made(seed: int = 0) -> tuple[Solution, Grasp]:
-    """The solution of an iterate at a random point, and the grasp there."""
-    problem, nlp = posed(SMALL), oracle(SMALL, "penalty").nlp
+def made(seed: int = 0, **changes: object) -> tuple[Solution, Grasp]:
+    """The solution of an iterate at a random point, and the grasp there; `changes` are of the problem."""
+    problem, nlp = replace(posed(SMALL), **changes), oracle(SMALL, "penalty").nlp
     start, x = random_point(problem, nlp, seed)
     history = History(*[np.zeros(8)] * 5)
     iterate = Iterate(
         start.index, "penalty", x, np.zeros(0), 1e9, Kkt(0.1, 0.2, 0.3), "Solve_Succeeded", 7, 0.5, history
     )
     return solution(problem, start, iterate, nlp), exact_grasp(problem, start, x)
+
+
+def test_a_solution_knows_what_its_problem_was_to_stay_clear_of_and_how_it_gets_there():
+    crate = Shape.box([1.0, 0.0, 0.1], [0.1, 0.1, 0.2], name="crate")
+    settings = replace(SMALL, motion=replace(SMALL.motion, standoff=0.07), closing=replace(SMALL.closing, seconds=1.7))
+    s, _ = made(surroundings=Surroundings((crate,)), settings=settings)
+    assert (s.obstacles, s.motion.standoff, s.closing.seconds) == ((crate,), 0.07, 1.7)
 
 
 def test_a_solution_is_recomputed_and_not_believed():

@@ -139,7 +139,7 @@ def test_it_starts_and_ends_at_rest_and_is_fastest_in_the_middle():
 )
 def test_neither_joints_nor_wrist_are_ever_faster_than_they_may(speed, share, step, standoff):
     problem = asked(speed=speed, speed_share=share, step=step, standoff=standoff)
-    found = way(problem, small_plan().arrays(), 0)
+    found = way(problem.hand, problem.settings.motion, problem.settings.closing, small_plan().arrays(), 0)
     limits = share * np.array(problem.hand.model.velocityLimit)
     assert (np.abs(np.diff(found.joints, axis=0)) / step <= limits * (1 + 1e-9)).all()
     assert (np.linalg.norm(np.diff(found.wrist[:, :3], axis=0), axis=1) / step <= speed * (1 + 1e-9)).all()

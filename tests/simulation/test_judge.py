@@ -10,6 +10,7 @@ from sgnlp.base.errors import InputError
 from sgnlp.hand.hand import load_hand
 from sgnlp.simulation import Command
 from sgnlp.simulation.judge import execute, judge
+from sgnlp.simulation.outcome import ARM, EARLY, OBSTACLE, THING, Knock
 from sgnlp.simulation.protocol import AXES
 from sgnlp.simulation.settings import SAMPLE
 
@@ -65,6 +66,64 @@ def test_a_pregrasp_deeper_than_the_limit_is_not_carried_out(part):
     assert (outcome.ending, outcome.score, outcome.closing, outcome.lift) == ("in collision", 0.0, None, None)
     assert getattr(outcome.pregrasp, f"penetration_{part}") == depth + 1e-4
     assert phases(depth={part: depth + 1e-4}) == []
+
+
+KNOCK = Knock("approach", OBSTACLE, "palm", "crate", 0.001, SETTINGS.collision_force)
+"""A hand that hits an obstacle just hard enough to stop."""
+
+
+def hitting(reading, **changes):
+    return replace(reading, knocks=(replace(KNOCK, **changes),))
+
+
+@pytest.mark.parametrize(
+    ("phase", "last"), [("approach", REST), ("close", TOUCHED), ("lift", LIFTED), ("hold", LIFTED)]
+)
+def test_a_robot_that_hits_something_hard_stops_there_and_scores_nothing(phase, last):
+    coming = {"approach": [REST] * 2}
+    hard = coming | {phase: [last, hitting(last), last]}
+    outcome = judged(**hard)
+    assert (outcome.ending, outcome.score, outcome.score_strict, outcome.pushes) == ("in collision", 0.0, 0.0, ())
+    assert phases(**hard)[-1] == phase
+    assert (outcome.knocks, outcome.obstacles_touched) == ((KNOCK,), ("crate",))
+    light = coming | {phase: [last, hitting(last, force=KNOCK.force - 0.1), *[last] * 3]}
+    outcome = judged(**light)
+    assert (outcome.ending, outcome.obstacles_touched, outcome.pushes_held) == ("held", ("crate",), 6)
+
+
+@pytest.mark.parametrize(
+    ("kind", "part", "stops"),
+    [(OBSTACLE, "palm", True), (OBSTACLE, THING, False), (ARM, "elbow", True), (EARLY, "palm", False)],
+)
+def test_hand_and_arm_collide_but_not_what_they_are_to_touch(kind, part, stops):
+    outcome = judged(approach=[hitting(REST, kind=kind, part=part, force=1e3)])
+    assert (outcome.ending == "in collision") == stops
+    assert outcome.obstacles_touched == (("crate",) if kind == OBSTACLE else ())
+
+
+def test_of_knocks_of_the_same_parts_in_a_phase_the_deepest_and_the_hardest_is_told():
+    deep, hard = hitting(REST, depth=0.004, force=1.0), hitting(REST, depth=0.001, force=3.0)
+    other = hitting(TOUCHED, phase="close", depth=0.002, force=2.0)
+    outcome = judged(approach=[deep, hard], close=[other, *[TOUCHED] * 3])
+    told = [(knock.phase, knock.depth, knock.force) for knock in outcome.knocks]
+    assert told == [("approach", 0.004, 3.0), ("close", 0.002, 2.0)]
+
+
+def test_a_pregrasp_inside_an_obstacle_is_not_carried_out_and_names_what_is_deep():
+    depth = SETTINGS.max_penetration
+    deep, shallow = replace(KNOCK, depth=depth + 1e-4), replace(KNOCK, part="thumb", depth=depth)
+    outcome = judged(depth={"obstacles": depth + 1e-4}, overlaps=(deep, shallow), approach=[REST])
+    assert (outcome.ending, outcome.knocks) == ("in collision", (deep,))
+    assert judged(depth={"obstacles": depth}, overlaps=(shallow,)).ending == "held"
+
+
+def test_how_far_the_wrist_was_off_is_told_phase_by_phase():
+    off = {"approach": [replace(REST, off=2e-4), replace(REST, off=1e-4)], "close": [replace(TOUCHED, off=3e-4)] * 3}
+    lift = [replace(LIFTED, off=5e-4, strain=0.6)] * 4
+    way = judged(**off, lift=lift).carriage
+    assert (way.approach_off, way.closing_off, way.lift_off, way.torque_share) == (2e-4, 3e-4, 5e-4, 0.6)
+    assert (way.approach_seconds, way.lift_seconds) == pytest.approx((2 * SAMPLE, 0.0))
+    assert judged().carriage is None
 
 
 def test_fingers_that_overlap_are_told_and_carried_out():

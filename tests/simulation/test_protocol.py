@@ -36,10 +36,10 @@ class State:
 def played(readings=None, ramp=0.0, **settings) -> Experiment:
     """An experiment without a simulator: its samples are the readings, or what was applied when they were taken."""
     run = Experiment.__new__(Experiment)
-    run.ramp = ramp
+    run.ramp, run.route = ramp, None
     run.settings = replace(SETTINGS, **settings)
     run.data, run.forgotten = State(), 0
-    run.world = SimpleNamespace(lift=2, object_body=1)
+    run.world = SimpleNamespace(carrier_speeds=[2], object_body=1)
     run.recorder = SimpleNamespace(forget=lambda: setattr(run, "forgotten", run.forgotten + 1))
     rest = iter(readings or [])
 
@@ -197,7 +197,7 @@ def samples_until_settled(monkeypatch, speeds) -> int:
 
     monkeypatch.setattr(mujoco, "MjData", lambda model: data)
     monkeypatch.setattr(mujoco, "mj_step", step)
-    monkeypatch.setattr(protocol, "object_alone", lambda body, settings: None)
+    monkeypatch.setattr(protocol, "object_alone", lambda body, settings, obstacles: None)
     settled(None, SETTINGS)
     assert set(taken) == {round(SAMPLE / SETTINGS.timestep)}
     return len(taken)

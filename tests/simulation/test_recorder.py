@@ -34,6 +34,8 @@ def stacked(first: str, second: str, overlap: float = 0.0):
         model=model,
         object_geoms=frozenset({named["object"]}),
         hand_geoms=frozenset({named["pad"]}),
+        arm_geoms=frozenset(),
+        obstacles={},
         table=named["table"],
     )
     return world, data, named
@@ -67,14 +69,15 @@ def test_overlaps_are_told_of_the_hand_alone_and_by_what_it_overlaps(order):
     assert depth["object"] == pytest.approx(4e-3, abs=1e-9)
     assert depth["table"] == pytest.approx(2e-3 if order[0] == "pad" else 0.0, abs=1e-9)
     assert depth["self"] == 0.0
-    both = SimpleNamespace(hand_geoms=frozenset({0, 1, 2} - {world.table}), table=world.table)
+    others = {"table": world.table, "arm_geoms": frozenset(), "obstacles": {}}
+    both = SimpleNamespace(hand_geoms=frozenset({0, 1, 2} - {world.table}), **others)
     assert penetrations(both, data)["self"] == pytest.approx(4e-3, abs=1e-9)
 
 
 def test_what_does_not_overlap_has_no_depth():
     world, data, _ = stacked("object", "pad", overlap=-1e-3)
     mujoco.mj_forward(world.model, data)
-    assert penetrations(world, data) == {"object": 0.0, "table": 0.0, "self": 0.0}
+    assert penetrations(world, data) == {"object": 0.0, "table": 0.0, "self": 0.0, "obstacles": 0.0}
 
 
 # --- readings --------------------------------------------------------------------------------------------------------
@@ -95,6 +98,11 @@ class Scene:
             pad_links=np.array(PADS),
             tips=np.array([1, 0]),
             table=TABLE,
+            hand_geoms=frozenset({2, 3, LINK, 5}),
+            arm=None,
+            arm_geoms=frozenset(),
+            obstacles={},
+            wrist=lambda data: data.xpos[LINK],
             link={LINK: "palm"}.get,
             hand_speeds=np.array([3, 1]),
             effort=np.array([0.7, 0.35]),

@@ -12,6 +12,7 @@ from sgnlp.show import tables
 from sgnlp.show.png import picture
 from sgnlp.show.simulation_pictures import scene
 from sgnlp.simulation import command, true_body
+from sgnlp.simulation.prepared import prepared
 
 FOLDER, PAGE = "failures", "failures.md"
 WIDTH = 720  # [px] of a picture
@@ -36,8 +37,9 @@ def _picture(folder: Path, trial: Failed) -> str:
     from PIL import Image
 
     truth, hand = true_body(trial.plan.observation), trial.plan.problem.hand
-    told, settings = command(trial.plan.arrays()), LOADS[trial.row.load]
-    shown = scene(told, truth, hand, settings, trial.outcome, f"{trial.row.object}, {trial.row.condition}")
+    settings = LOADS[trial.row.load]
+    told = prepared(command(trial.plan.arrays()), hand, settings)
+    shown = scene(told, truth, settings, trial.outcome, f"{trial.row.object}, {trial.row.condition}")
     image = Image.open(io.BytesIO(picture(shown, len(shown.views) - 1, 0))).convert("RGB")
     image.thumbnail((WIDTH, image.height))
     content = io.BytesIO()

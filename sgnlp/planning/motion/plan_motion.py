@@ -22,7 +22,7 @@ def trajectory(problem: Problem, grasps: Grasps, points: Array, rank: int = 0) -
 
     `points` (N, 3) [m] are those measured of the object: they are kept clear of obstacles on the lift.
     """
-    made = way(problem, grasps, rank)
+    made = way(problem.hand, problem.settings.motion, problem.settings.closing, grasps, rank)
     load = points @ grasps.rotation_eq[rank].T + grasps.translation_eq[rank]
     meta = {name: grasps.meta.get(name) for name in ("object", "hand", "input_digest")}
     return Trajectory(

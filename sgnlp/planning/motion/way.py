@@ -17,12 +17,13 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.settings import Closing, Motion
 from sgnlp.hand.arm import Arm
+from sgnlp.hand.hand import Hand
 from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.motion.following import followed, path_seconds
 from sgnlp.planning.motion.timing import seconds, shares, stated
 from sgnlp.planning.motion.trajectory import APPROACH, CLOSE, LIFT, PHASES, SQUEEZE
-from sgnlp.planning.problem import Problem
 
 UP = np.array([0.0, 0.0, 1.0])
 GRID = 11
@@ -50,29 +51,29 @@ class _Corner(NamedTuple):
     setpoints: Array
 
 
-def way(problem: Problem, grasps: Grasps, rank: int) -> Way:
+def way(hand: Hand, motion: Motion, closing: Closing, grasps: Grasps, rank: int) -> Way:
     """The samples of a grasp."""
-    motion, wrist = problem.settings.motion, grasps.wrist[rank]
-    back = -motion.standoff * (pin.XYZQUATToSE3(wrist).rotation @ problem.hand.palm)
+    wrist = grasps.wrist[rank]
+    back = -motion.standoff * (pin.XYZQUATToSE3(wrist).rotation @ hand.palm)
     up = motion.lift * UP
     pregrasp = _Corner(wrist, grasps.joints[rank], grasps.tips_pregrasp[rank])
     touch = _Corner(wrist, grasps.joints_contact[rank], grasps.contacts[rank])
     press = _Corner(wrist, grasps.joints_squeeze[rank], grasps.targets[rank])
     corners = (_shifted(pregrasp, back), pregrasp, touch, press, _shifted(press, up))
-    close, squeeze = _closing_seconds(problem, grasps, rank)
+    close, squeeze = _closing_seconds(hand, motion, closing, grasps, rank)
     planned = grasps.arm[rank, 0]
     lasting = {
-        APPROACH: _path_seconds(problem, planned, wrist, corners[0].wrist),
+        APPROACH: _path_seconds(hand.arm, motion, planned, wrist, corners[0].wrist),
         CLOSE: close,
         SQUEEZE: squeeze,
-        LIFT: _path_seconds(problem, planned, wrist, corners[-1].wrist),
+        LIFT: _path_seconds(hand.arm, motion, planned, wrist, corners[-1].wrist),
     }
     parts: list[tuple[Array, ...]] = []
     phase: list[str] = []
     for name, begin, end in zip(PHASES, corners, corners[1:], strict=False):
         s = shares(lasting[name], motion.step)[0 if not parts else 1 :]  # where phases meet there is one sample
         wrists, joints, setpoints = (_between(low, high, s) for low, high in zip(begin, end, strict=True))
-        parts.append((wrists, joints, setpoints, *_carried(problem.hand.arm, planned, name, wrists)))
+        parts.append((wrists, joints, setpoints, *_carried(hand.arm, planned, name, wrists)))
         phase += [name] * len(s)
     wrists, joints, setpoints, arm, off = (np.concatenate(column) for column in zip(*parts, strict=True))
     return Way(motion.step * np.arange(float(len(phase))), np.array(phase), wrists, joints, arm, setpoints, off)
@@ -92,18 +93,17 @@ def _between(low: Array, high: Array, s: Array) -> Array:
     return np.where(low == high, low, (1 - s) * low + s * high)
 
 
-def _closing_seconds(problem: Problem, grasps: Grasps, rank: int) -> tuple[float, float]:
+def _closing_seconds(hand: Hand, motion: Motion, closing: Closing, grasps: Grasps, rank: int) -> tuple[float, float]:
     """How long the close and the squeeze last [s]."""
-    whole, share = problem.settings.closing.seconds, float(1 - grasps.c[rank].min())
-    limits = problem.settings.motion.speed_share * stated(np.array(problem.hand.model.velocityLimit))
+    whole, share = closing.seconds, float(1 - grasps.c[rank].min())
+    limits = motion.speed_share * stated(np.array(hand.model.velocityLimit))
     touch = grasps.joints_contact[rank]
     close = seconds(touch - grasps.joints[rank], limits, share * whole)
     return close, seconds(grasps.joints_squeeze[rank] - touch, limits, (1 - share) * whole)
 
 
-def _path_seconds(problem: Problem, planned: Array, pregrasp: Array, end: Array) -> float:
+def _path_seconds(arm: Arm | None, motion: Motion, planned: Array, pregrasp: Array, end: Array) -> float:
     """How long the wrist takes between its pose (7,) at the pregrasp and one that is not turned."""
-    motion, arm = problem.settings.motion, problem.hand.arm
     least = seconds(np.array([np.linalg.norm((end - pregrasp)[:3])]), np.array([motion.speed]))
     if arm is None:
         return least

@@ -1,0 +1,55 @@
+"""What moves the hand along a route: the servos of an arm, or a wrist that floats and goes as it is told."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sgnlp.hand.arm_kinematics import wrist_pose
+from sgnlp.simulation.arm_articulation import ARM, tune
+from sgnlp.simulation.route import Leg
+from sgnlp.simulation.settings import SimulationSettings
+from sgnlp.simulation.world import World
+
+Array = NDArray[np.float64]
+
+
+class Driver:
+    """Carries the wrist to the coordinates of a leg, and knows where it was told to be.
+
+    A servo gets joints and speeds: τ = k (q* - q) + d (q̇* - q̇), on top of the weight of arm and hand. The wrist that
+    floats has so much inertia that it goes at the speed that is written into it.
+    """
+
+    def __init__(self, world: World, data: Any, pregrasp: Array, settings: SimulationSettings) -> None:
+        """Tune the servos of an arm at the pregrasp (d,), where `data` is."""
+        self.world, self.step, self.told = world, settings.timestep, pregrasp
+        self._origin = world.wrist(data)[:3] - (pregrasp if world.arm is None else 0.0)
+        if world.arm is not None:
+            tune(world.model, world.arm, data.qpos, settings)
+            names = [world.model.actuator(ARM + name).id for name in world.arm.joint_names]
+            self._servos = np.array(names)
+            self._lead = -world.model.actuator_biasprm[names, 2] / world.model.actuator_gainprm[names, 0]
+
+    def drive(self, data: Any, leg: Leg, time: float) -> None:
+        """What the next step is to do at a time [s] since the begin of a leg."""
+        self.told, speeds = leg.at(time)
+        if self.world.arm is None:
+            there = leg.at(time + self.step)[0]
+            data.qvel[self.world.carrier_speeds] = (there - data.qpos[self.world.carrier]) / self.step
+        else:
+            data.ctrl[self._servos] = self.told + self._lead * speeds
+
+    def rest(self, data: Any, leg: Leg) -> None:
+        """Stay at the end of a leg."""
+        self.told = leg.end
+        if self.world.arm is None:
+            data.qvel[self.world.carrier_speeds] = 0.0
+        else:
+            data.ctrl[self._servos] = leg.end
+
+    def off(self, wrist: Array) -> float:
+        """How far the wrist (7,) is from where it was told to be [m]."""
+        arm = self.world.arm
+        place = self._origin + self.told if arm is None else wrist_pose(arm, self.told)[:3]
+        return float(np.linalg.norm(wrist[:3] - place))
