@@ -77,9 +77,7 @@ AROUND: tuple[Constraint, ...] = (
         about="manipulability of the arm over that at home",
     ),
     Constraint("avoid", lambda g, op: g.avoid_distances, **CONTACTS, about="contact points off the regions to avoid"),
-    Constraint(
-        "touch", lambda g, op: g.touch_distances, **CONTACTS, about="contact points in the regions to touch"
-    ),
+    Constraint("touch", lambda g, op: g.touch_distances, **CONTACTS, about="contact points in the regions to touch"),
     Constraint(
         "arm_turn",
         lambda g, op: op.stack(g.arm.standoff - g.arm.joints, g.arm.lift - g.arm.joints),

@@ -49,7 +49,7 @@ def solved(monkeypatch) -> list[str]:
     """The names that are solved, by a solver that gives the plan of the shared scene or fails by the name."""
     names = []
 
-    def fake(seen, hand, settings, *, count, seed, jobs, timeout, solver, extension):
+    def fake(seen, hand, settings, *, count, seed, jobs, timeout, solver, extension, **around):
         names.append(seen.name)
         if "broken" in seen.name:
             raise RuntimeError("CasADi says [no]\nand more")

@@ -2,7 +2,8 @@
 
 Each plan is made from two views. The obstacle is a box of 6 x 20 x 12 cm that stands 3 cm beside the true object, on a
 side that is drawn for each object; the plan is told where. Where no grasp is found, 500 seeded wrist poses are tried by
-inverse kinematics: an object is within reach if the arm comes to one of them with the palm, clear of all around.
+inverse kinematics: an object is within reach if the arm comes to one of them with the palm, clear of all around. The
+arm carries the hand in the simulation too, along its motion, and the obstacle stands there.
 """
 
 from collections.abc import Sequence
@@ -27,6 +28,7 @@ from sgnlp.perception.shape import Shape
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.reach import OUT_OF_REACH, within_reach
 from sgnlp.planning.solve import solve
+from sgnlp.simulation import Outcome, simulate
 
 CAMERAS, POSES = 2, 500
 SIZE, GAP = (0.06, 0.2, 0.12), 0.03
@@ -49,6 +51,7 @@ class Row(trials.Row):
     within_reach: bool = True  # whether the arm comes to some wrist pose about the object
     obstacle_mm: float = nan  # least distance of the meshes of hand and arm to the obstacle, over all feasible grasps
     iterations: float = nan  # mean of the starts
+    obstacles_touched: int = 0  # in the simulation, by hand, arm or object
 
 
 def obstacle(whole: Observation, seed: int) -> Shape:
@@ -83,7 +86,12 @@ def trial(setup: Setup, file: Path, condition: Condition, views: list[str]) -> l
     row = Row(load="", **trials.told(plan, condition, views), **_beside(plan, shapes))
     if plan.best is None:
         return [replace(row, load=name) for name in LOADS]
-    return [replace(row, load=name, **trials.measured(trials.carried_out(plan, s))) for name, s in LOADS.items()]
+    return [replace(row, load=name, **_measured(simulate(plan.best, observation, s))) for name, s in LOADS.items()]
+
+
+def _measured(outcome: Outcome) -> dict[str, Any]:
+    """What a trial's row says of the simulation, and of the obstacles that were touched."""
+    return trials.measured(outcome) | {"obstacles_touched": len(outcome.obstacles_touched)}
 
 
 def _beside(plan: Plan, shapes: Sequence[Shape]) -> dict[str, Any]:
