@@ -196,6 +196,7 @@ def build_problem(
     hand = load_hand(hand, settings.spheres) if isinstance(hand, str) else hand
     with threadpool_limits(1):  # the bits of a factorisation depend on the number of threads
         gpis = fit(training_set(observation, settings.gpis, seed, additions.kernel, settings.free_space))
+    surroundings.check(observation)
     surroundings = surroundings.and_seen(observation)
     around = surroundings.around(settings, hand.arm is not None)
     box = np.stack([observation.points.min(axis=0), observation.points.max(axis=0)])

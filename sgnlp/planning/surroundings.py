@@ -8,11 +8,17 @@ from typing import Any
 import numpy as np
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
 from sgnlp.perception.clutter import seen_shapes
 from sgnlp.perception.observation import Observation
-from sgnlp.perception.shape import Shape
+from sgnlp.perception.shape import FAR, Shape
 from sgnlp.program.around import Around, Fields, fields
+
+MOST_INSIDE = 0.05
+"""Share of the object's points in an obstacle that is no accident: noise puts a few into what touches it."""
+NEAR = 0.02
+"""[m] A region to touch has measured points so near: the side that no camera saw is no farther."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,6 +28,27 @@ class Surroundings:
     obstacles: tuple[Shape, ...] = ()
     avoid: tuple[Shape, ...] = ()
     touch: tuple[Shape, ...] = ()
+
+    def check(self, observation: Observation) -> None:
+        """Raise `InputError` for shapes that cannot be meant so: an obstacle where the object is, or 10 m away.
+
+        So for regions that leave nothing to touch.
+        """
+        points = observation.points
+        for shape in (shape for _, shapes in self.kinds() for shape in shapes):
+            if (shape.half < FAR).all() and np.linalg.norm(shape.centre - points.mean(axis=0)) > FAR:
+                raise InputError(f"'{shape.name}' is more than {FAR:g} m from the object; is it in metres?")
+        for shape in self.obstacles:
+            inside = float((shape.distance(points) < 0).mean())
+            if inside > MOST_INSIDE:
+                said = "is it in metres, in the frame of the cloud?"
+                raise InputError(f"the obstacle '{shape.name}' holds {inside:.0%} of the object's points; {said}")
+        for regions, allowed, flag in ((self.avoid, False, "avoid"), (self.touch, True, "touch")):
+            near = [shape.distance(points) < NEAR * allowed for shape in regions]
+            if near and not (np.any(near, axis=0) == allowed).any():
+                raise InputError(
+                    f"--{flag} leaves nothing of the object to touch; are its shapes in the cloud's frame?"
+                )
 
     def and_seen(self, observation: Observation) -> "Surroundings":
         """These, and what the observation has seen around its object."""

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from scenes import observation
 
 from sgnlp.base.errors import InputError
+from sgnlp.perception.shape import Shape
 from sgnlp.planning.shape_files import load_shapes, painted
 from sgnlp.planning.surroundings import NOWHERE, Surroundings
 
@@ -87,3 +89,27 @@ def test_surroundings_are_the_same_after_json(folder):
         assert before.name == after.name
     assert (len(back.avoid), len(back.touch)) == (1, 1)
     assert Surroundings.restored({}).plain() == NOWHERE.plain()
+
+
+def around(**kinds) -> None:
+    Surroundings(**kinds).check(observation())
+
+
+@pytest.mark.parametrize(
+    ("kinds", "said"),
+    [
+        ({"obstacles": (Shape.box([0, 0, 0.04], [0.1, 0.1, 0.1], name="crate"),)}, "'crate' holds .* points; is it in"),
+        ({"obstacles": (Shape.box([110, 0, 60], [60, 200, 120], name="crate"),)}, "more than 10 m .*; is it in metres"),
+        ({"avoid": (Shape.sphere([0, 0, 0.04], 0.3),)}, "--avoid leaves nothing of the object to touch"),
+        ({"touch": (Shape.sphere([0.3, 0, 0.04], 0.05),)}, "--touch leaves nothing of the object to touch"),
+    ],
+)
+def test_surroundings_that_cannot_be_meant_so_are_refused(kinds, said):
+    with pytest.raises(InputError, match=said):
+        around(**kinds)
+
+
+def test_surroundings_beside_the_object_and_regions_on_it_are_taken():
+    beside, half = Shape.box([0.1, 0, 0.05], [0.06, 0.2, 0.1]), Shape.half_space([0, 0, 0.04], [0, 0, 1])
+    wall = Shape.half_space([-0.2, 0, 0], [1, 0, 0])
+    around(obstacles=(beside, wall), avoid=(half,), touch=(half,))
