@@ -36,7 +36,7 @@ class Surroundings:
         """
         points = observation.points
         for shape in (shape for _, shapes in self.kinds() for shape in shapes):
-            if (shape.half < FAR).all() and np.linalg.norm(shape.centre - points.mean(axis=0)) > FAR:
+            if shape.distance(points).min() > FAR:
                 raise InputError(f"'{shape.name}' is more than {FAR:g} m from the object; is it in metres?")
         for shape in self.obstacles:
             inside = float((shape.distance(points) < 0).mean())
@@ -46,9 +46,8 @@ class Surroundings:
         for regions, allowed, flag in ((self.avoid, False, "avoid"), (self.touch, True, "touch")):
             near = [shape.distance(points) < NEAR * allowed for shape in regions]
             if near and not (np.any(near, axis=0) == allowed).any():
-                raise InputError(
-                    f"--{flag} leaves nothing of the object to touch; are its shapes in the cloud's frame?"
-                )
+                said = "are its shapes in metres, in the frame of the cloud?"
+                raise InputError(f"--{flag} leaves nothing of the object to touch; {said}")
 
     def and_seen(self, observation: Observation) -> "Surroundings":
         """These, and what the observation has seen around its object."""
