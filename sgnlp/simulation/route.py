@@ -2,11 +2,10 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from sgnlp.base.errors import InputError
 from sgnlp.control.command import Command
@@ -57,7 +56,9 @@ class Leg:
         return np.asarray(self.coordinates[-1])
 
     @cached_property
-    def _spline(self) -> CubicSpline:
+    def _spline(self) -> Any:
+        from scipy.interpolate import CubicSpline  # a third of a second, which other commands need not wait for
+
         return CubicSpline(self.times, self.coordinates, bc_type="clamped")
 
     def at(self, time: float) -> tuple[Array, Array]:

@@ -25,7 +25,7 @@ def grasps() -> Grasps:
 def documented_shapes(G: int) -> dict[str, tuple[int, ...]]:
     """The shapes in the comments of `Grasps`."""
     m = len(hand().fingers)
-    sizes = {"G": G, "m": m, "n": len(hand().joint_names), "T": len(TERMS), "S": len(hand().spheres)}
+    sizes = {"G": G, "m": m, "n": len(hand().joint_names), "T": len(TERMS), "S": len(hand().spheres), "a": 0}
     sizes["S - m"] = sizes["S"] - m
     comments = re.findall(r"^    (\w+): .*?# \(([^)]*)\)", inspect.getsource(Grasps), re.MULTILINE)
     axes = {name: [axis.strip() for axis in shape.split(",") if axis.strip()] for name, shape in comments}
@@ -53,7 +53,7 @@ def test_names_say_what_the_columns_are(grasps):
     assert tuple(grasps.joint_names) == hand().joint_names
     assert list(grasps.finger_names) == ["index", "middle", "ring", "thumb"]
     assert list(grasps.term_names) == [term.name for term in TERMS]
-    assert set(PER_HAND) == {"joint_names", "finger_names", "term_names"}
+    assert set(PER_HAND) == {"joint_names", "arm_joint_names", "finger_names", "term_names"}
 
 
 def test_each_row_holds_the_numbers_of_one_solution_in_the_order_of_the_ranking(grasps):
