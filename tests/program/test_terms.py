@@ -2,6 +2,7 @@
 
 from dataclasses import fields, replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from sgnlp.program.terms import CLOSURE as OF_CLOSURE
 from sgnlp.program.terms import COMPLIANT, preset_terms
 from sgnlp.program.terms.collision import SLOPE
 from sgnlp.program.terms.contact import FAINT_DENSITY
-from sgnlp.program.terms.regularisation import Closing
+from sgnlp.program.terms.regularisation import Arm, Closing
 from sgnlp.program.terms.spring import margins
 
 DISPLACEMENT, TURN = (0.004, -0.003, 0.01), (0.1, -0.2, 0.15)
@@ -181,8 +182,15 @@ def test_the_smooth_terms_tend_to_the_exact_ones(seed, metric):
     np.testing.assert_allclose(np.array(functions.terms(x, p)).ravel(), exact, rtol=1e-4, atol=1e-6)
 
 
+def test_the_arm_is_near_its_home_and_near_its_pregrasp_at_the_ends_of_the_way():
+    q, home, standoff, lift = np.random.default_rng(0).normal(size=(4, 7))
+    g = SimpleNamespace(arm=SimpleNamespace(joints=q, home=home, standoff=standoff, lift=lift))
+    expected = ((q - home) ** 2).sum() + ((standoff - q) ** 2).sum() + ((lift - q) ** 2).sum()
+    assert Arm().value(g, Exact()) == pytest.approx(expected)
+
+
 def test_every_term_has_a_weight_and_every_weight_a_term():
-    settings = {term.setting for term in (*ALL.values(), Closing())}
+    settings = {term.setting for term in (*ALL.values(), Closing(), Arm())}
     assert settings == {field.name for field in fields(Weights)}
     assert len({type(term) for term in ALL.values()}) == len(NAMES)
 
