@@ -79,7 +79,7 @@ def test_the_page_has_a_line_and_a_picture_for_each(tmp_path, monkeypatch):
     Image.new("RGB", (12, 4)).save(content, "PNG")
     monkeypatch.setattr(page, "scene", lambda *_: SimpleNamespace(views=[None, None]))
     monkeypatch.setattr(page, "picture", lambda shown, rank, stage: content.getvalue())
-    for name in ("true_body", "command"):
+    for name in ("true_body", "command", "prepared"):
         monkeypatch.setattr(page, name, lambda *_: None)
     ended: list[object] = []
     bar: Any = SimpleNamespace(advance=ended.append)
