@@ -35,7 +35,7 @@ def folder(tmp_path, monkeypatch):
 
 def asked(settings: Settings, hand: str = "allegro_left") -> SimpleNamespace:
     """The flags of a command that plans."""
-    return SimpleNamespace(hand=hand, settings=settings, with_=None, additions=NOTHING)
+    return SimpleNamespace(hand=hand, arm=None, settings=settings, with_=None, additions=NOTHING)
 
 
 def test_an_empty_cache_is_shown_and_not_made(folder, capfd):

@@ -32,6 +32,9 @@ from sgnlp.surface.kernels import KERNELS
 
 ORANGE = Path(__file__).parents[2] / "problems" / "orange_0.npz"
 NAN = float("nan")
+MOTION = ("trajectory.npz", "trajectory.json", "trajectory.yaml", "grasp.yaml", "pregrasp.yaml")
+FILES = ("grasps.npz", "summary.json", "history.npz", *MOTION)
+"""Of a result with a feasible grasp."""
 
 
 @pytest.fixture(autouse=True)
@@ -41,7 +44,10 @@ def workplace(tmp_path, monkeypatch) -> Path:
     monkeypatch.setenv("COLUMNS", "100")
     loaded = {"allegro_left": hand}
     original = sgnlp.load_hand
-    monkeypatch.setattr("sgnlp.cli.solve.load_hand", lambda name, s: loaded.get(name, partial(original, name))(s))
+    monkeypatch.setattr(
+        "sgnlp.cli.flags.load_hand",
+        lambda name, s, *arm: loaded.get(name, partial(original, name))(s, *filter(None, arm)),
+    )
     return tmp_path
 
 
@@ -72,7 +78,7 @@ def test_solve_from_a_shell_writes_the_result_and_shows_it(workplace):
     flags = ["--starts", "2", "--spheres", "paper", "--solver.formulation", "constrained", *SMALL_FLAGS]
     done = subprocess.run([*COMMAND, "solve", ORANGE, *flags], capture_output=True, encoding="utf-8")
     assert (done.returncode, done.stderr) == (codes.FEASIBLE, "")
-    files = {f"results/orange_0/{name}" for name in ("grasps.npz", "summary.json", "history.npz")}
+    files = {f"results/orange_0/{name}" for name in FILES}
     assert tree() == {"results", "results/orange_0"} | files
     grasps = load_grasps("results/orange_0")
     summary = json.loads(Path("results/orange_0/summary.json").read_text(encoding="utf-8"))
@@ -81,7 +87,8 @@ def test_solve_from_a_shell_writes_the_result_and_shows_it(workplace):
     for text in ("Starts, best first", "gain [N/m]", "exact energy", "margin_equilibrium", "outliers"):
         assert text in done.stdout
     said = [line for line in done.stdout.splitlines() if not line.startswith("caution: ")]
-    written = said.index("written: results/orange_0/grasps.npz, results/orange_0/summary.json")
+    names = ("grasps.npz", "summary.json", "trajectory.npz")
+    written = said.index(f"written: {', '.join(f'results/orange_0/{name}' for name in names)}")
     assert said[written - 1].startswith(f"orange_0: {summary['feasible']} of 2 starts feasible in ")
     assert said[written + 1].startswith("next:  sgnlp view results/orange_0 ")
 
@@ -92,7 +99,7 @@ def test_json_is_all_that_is_printed_where_it_is_asked_for(cloud, capfd):
     assert err == ""
     assert out == Path("here/summary.json").read_text(encoding="utf-8")
     assert json.loads(out)["best"]["energy"] == load_grasps("here").energy[0]
-    assert tree(Path("here")) == {"here/grasps.npz", "here/summary.json", "here/history.npz"}
+    assert tree(Path("here")) == {f"here/{name}" for name in FILES}
 
 
 def test_quiet_prints_nothing_and_a_few_invalid_points_are_dropped_and_counted(workplace, capfd):
