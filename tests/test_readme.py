@@ -14,7 +14,8 @@ from readers import pieces_are_coarse, plans_are_cheap
 
 from sgnlp.experiments.benchmarks.measure import Row
 from sgnlp.experiments.frames import Frame, frame
-from sgnlp.experiments.studies import calibration, confidence, convergence, pose, triangles
+from sgnlp.experiments.studies import arm, calibration, confidence, convergence, pose, triangles
+from sgnlp.experiments.studies.trials import NO_PLAN
 from sgnlp.planning import results
 from sgnlp.planning.cautions.clouds import UNSEEN_ERROR_MM
 from sgnlp.planning.cautions.plans import CALIBRATION
@@ -317,3 +318,20 @@ def test_the_planar_limit_of_the_release_never_binds():
     (line,) = (line for line in found if (line["limit on"], line["limit [N m]"]) == ("Jᵀf", "12"))
     assert line["compliant"] == line["direct"] == line["poses"]
     assert says("triangles", "the same limit never binds")
+
+
+def test_the_page_on_an_arm_says_what_its_rows_do():
+    found = framed("arm", arm.Row)
+    heavy = found[found.load == "0.3 kg, μ 0.6"]
+    held = heavy.pivot(index="object", columns="condition", values="score")
+    planned = held[heavy[heavy.condition == "free wrist"].set_index("object").ending != NO_PLAN]
+    assert dict((planned < 1).sum()) == {"free wrist": 0, "free wrist, obstacle": 3, "panda": 0, "panda, obstacle": 4}
+    assert says("arm", "three grasps of the free wrist fail then, and four of the arm")
+    assert says("arm", f"{len(held)} held-out problems")
+    assert 8.0 < found.obstacle_mm.min() < 9.0
+    assert says("arm", "No grasp that was called feasible comes nearer than 8 mm")
+    assert found.obstacles_touched.sum() == 0
+    assert says("arm", "Nothing hit the box")
+    seconds = found.pivot_table(index="object", columns="condition", values="seconds")
+    assert round((seconds["panda, obstacle"] / seconds["free wrist"]).median(), 1) == 4.5
+    assert says("arm", "A plan takes 4.5 times as long with both")
