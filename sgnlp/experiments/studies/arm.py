@@ -140,7 +140,7 @@ def table(rows: Frame) -> Lines:
             | {"feasible starts": f"{own.feasible.sum()} of {own.starts.sum()}"}
             | {"out of reach": str(own.out_of_reach.sum())}
             | {"obstacle, least [mm]": f"{own.obstacle_mm.min():.1f}" if own.obstacle_mm.notna().any() else ""}
-            | {"iterations": f"{own.iterations.mean():.0f}", "time, over that of the free wrist": f"{ratio:.2f}"}
+            | {"iterations": f"{own.iterations.mean():.0f}", "time ratio": f"{ratio:.2f}"}
         )
     return lines
 
