@@ -11,7 +11,6 @@ import json
 import math
 import os
 import tempfile
-import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, fields
@@ -22,6 +21,7 @@ from typing import Any, get_type_hints
 import numpy as np
 
 from sgnlp.base.errors import InputError, MachineError, gives_out
+from sgnlp.planning.archive import read_archive
 from sgnlp.planning.grasps import Grasps
 
 GRASPS = "grasps.npz"
@@ -91,17 +91,12 @@ def load_grasps(path: str | Path) -> Grasps:
     file = file / GRASPS if file.is_dir() else file
     if not file.is_file():
         raise InputError(f"no result at '{path}': it should be a folder with {GRASPS}")
-    if not zipfile.is_zipfile(file):
-        raise InputError(f"'{file}' is not a result of sgnlp: it is not an npz, or a truncated one")
-    try:
-        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
-            arrays = {f.name: data[f.name] for f in fields(Grasps)}
-        return Grasps(**arrays | {"meta": json.loads(str(arrays["meta"]))})
-    except KeyError as error:
-        raise InputError(f"'{file}' is not a result of sgnlp: {error.args[0]}") from None
-    except Exception as error:  # a damaged array can raise almost anything
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise InputError(f"'{file}' cannot be read: {reason}") from None
+    return read_archive(file, "result", _grasps)
+
+
+def _grasps(data: Mapping[str, Any]) -> Grasps:
+    arrays = {f.name: data[f.name] for f in fields(Grasps)}
+    return Grasps(**arrays | {"meta": json.loads(str(arrays["meta"]))})
 
 
 def json_text(value: Any) -> str:

@@ -1,7 +1,7 @@
 """The files of a motion: arrays for NumPy, JSON for other programs, YAML for ROS 2; and reading the arrays again."""
 
 import json
-import zipfile
+from collections.abc import Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ import yaml
 
 from sgnlp.base.errors import InputError
 from sgnlp.planning import results
+from sgnlp.planning.archive import read_archive
 from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.motion import messages
 from sgnlp.planning.motion.trajectory import Trajectory
@@ -43,18 +44,13 @@ def load_trajectory(path: str | Path) -> Trajectory:
     file = file / results.MOTION[0] if file.is_dir() else file
     if not file.is_file():
         raise InputError(f"no trajectory at '{path}': a result with a feasible grasp has {results.MOTION[0]}")
-    if not zipfile.is_zipfile(file):
-        raise InputError(f"'{file}' is not a trajectory of sgnlp: it is not an npz, or a truncated one")
-    try:
-        with file.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
-            arrays = {name: data[name] for name in ARRAYS}
-            checks, meta = (json.loads(str(data[name])) for name in ("checks", "meta"))
-        return Trajectory(**arrays, checks=tuple(Check(**check) for check in checks), meta=meta)
-    except KeyError as error:
-        raise InputError(f"'{file}' is not a trajectory of sgnlp: {error.args[0]}") from None
-    except Exception as error:  # a damaged array can raise almost anything
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise InputError(f"'{file}' cannot be read: {reason}") from None
+    return read_archive(file, "trajectory", _trajectory)
+
+
+def _trajectory(data: Mapping[str, Any]) -> Trajectory:
+    arrays = {name: data[name] for name in ARRAYS}
+    checks, meta = (json.loads(str(data[name])) for name in ("checks", "meta"))
+    return Trajectory(**arrays, checks=tuple(Check(**check) for check in checks), meta=meta)
 
 
 def _json(made: Trajectory) -> str:
