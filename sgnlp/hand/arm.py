@@ -58,13 +58,13 @@ class Arm:
     """SHA-256 of the description and the URDF, and of a mount that is not the default; not of the base."""
 
     @property
-    def table_spheres(self) -> tuple[int, ...]:
+    def free_spheres(self) -> list[int]:
         """Indices into `spheres` of those that can come down to the table: two joints or more move them.
 
         What stands fixed stands on the table, and the first joint only turns about the axis that rises from it.
         """
         links = [self.model.getFrameId(sphere.link, pin.FrameType.BODY) for sphere in self.spheres]
-        return tuple(i for i, link in enumerate(links) if len(coordinates(self.model, link)) > 1)
+        return [i for i, link in enumerate(links) if len(coordinates(self.model, link)) > 1]
 
 
 def available_arms() -> tuple[str, ...]:

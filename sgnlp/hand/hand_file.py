@@ -204,11 +204,11 @@ def _sphere(name: str, node: Any, model: pin.Model) -> Sphere:
 def wrist_starts(node: Any) -> tuple[WristStart, ...]:
     """Wrist starts from `position` [m] and intrinsic XYZ `euler_deg`, followed by the fixed turn `root_euler_deg`."""
     data = mapping(node, "wrist", ("root_euler_deg", "starts"))
-    turn = _rotation(data["root_euler_deg"], "root_euler_deg")
+    turn = euler_rotation(data["root_euler_deg"], "root_euler_deg")
     starts = []
     for i, entry in enumerate(sequence(data["starts"], "wrist starts"), 1):
         start = mapping(entry, f"wrist start {i}", POSE_KEYS)
-        rotation = _rotation(start["euler_deg"], f"euler_deg of wrist start {i}") @ turn
+        rotation = euler_rotation(start["euler_deg"], f"euler_deg of wrist start {i}") @ turn
         quaternion = frozen(pin.Quaternion(rotation).normalized().coeffs())
         starts.append(WristStart(numbers(start["position"], (3,), f"position of wrist start {i}"), quaternion))
     if not starts:
@@ -218,19 +218,19 @@ def wrist_starts(node: Any) -> tuple[WristStart, ...]:
 
 def palm_direction(node: Any) -> Array:
     """The unit vector (3,) that the palm looks in, in the root's frame: down where `root_euler_deg` alone turns it."""
-    turn = _rotation(mapping(node, "wrist", ("root_euler_deg", "starts"))["root_euler_deg"], "root_euler_deg")
+    turn = euler_rotation(mapping(node, "wrist", ("root_euler_deg", "starts"))["root_euler_deg"], "root_euler_deg")
     return frozen(turn.T @ [0.0, 0.0, -1.0])
 
 
 def pose(node: Any, where: str) -> Array:
     """The pose (7,), x y z qx qy qz qw, of a `position` [m] and intrinsic XYZ `euler_deg`."""
     data = mapping(node, where, POSE_KEYS)
-    rotation = _rotation(data["euler_deg"], f"euler_deg of {where}")
+    rotation = euler_rotation(data["euler_deg"], f"euler_deg of {where}")
     quaternion = pin.Quaternion(rotation).normalized().coeffs()
     return frozen([*numbers(data["position"], (3,), f"position of {where}"), *quaternion])
 
 
-def _rotation(euler_deg: Any, where: str) -> Array:
+def euler_rotation(euler_deg: Any, where: str) -> Array:
     """The rotation Rx(a) Ry(b) Rz(c) of intrinsic XYZ angles (3,) [deg]."""
     angles = np.radians(numbers(euler_deg, (3,), where))
     rx, ry, rz = (pin.utils.rotate(axis, angle) for axis, angle in zip("xyz", angles, strict=True))

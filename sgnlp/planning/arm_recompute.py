@@ -7,7 +7,7 @@ from scipy.spatial.distance import cdist
 from sgnlp.base.arrays import Array
 from sgnlp.hand.arm_kinematics import arm_spheres, manipulability, wrist_pose
 from sgnlp.planning.problem import Problem
-from sgnlp.program.carried import LEVER, Carried, far_spheres, free_spheres, near_spheres
+from sgnlp.program.carried import LEVER, Carried, far_spheres, near_spheres
 from sgnlp.program.variables import Posture
 
 
@@ -17,7 +17,7 @@ def carried(problem: Problem, at: Posture, hand_spheres: Array) -> Carried | Non
     if arm is None or at.arm is None:
         return None
     radii, s = np.array([sphere.radius for sphere in arm.spheres]), arm_spheres(arm, at.arm[0])
-    free, far, near = free_spheres(arm), far_spheres(arm), near_spheres(hand)
+    free, far, near = arm.free_spheres, far_spheres(arm), near_spheres(hand)
     own = cdist(s, s) - radii[:, None] - radii
     other = cdist(hand_spheres[near], s[far]) - radii[far]
     other -= np.array([hand.spheres[i].radius for i in near])[:, None]

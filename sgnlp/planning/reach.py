@@ -12,7 +12,7 @@ from sgnlp.hand.arm_kinematics import arm_spheres, wrist_pose
 from sgnlp.hand.kinematics import frames
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.starts import Start, starts
-from sgnlp.program.carried import free_spheres, near_spheres
+from sgnlp.program.carried import near_spheres
 
 TRIES = 8
 """Postures from which inverse kinematics is begun: a Panda has up to eight families of solutions."""
@@ -56,7 +56,7 @@ def _begin(problem: Problem, arm: Arm, wrist: Array, seed: int) -> Array | None:
 
 def _room(problem: Problem, arm: Arm, q: Array) -> float:
     """The least clearance [m] of the arm from what stands around, from the table and from the object."""
-    free = free_spheres(arm)
+    free = arm.free_spheres
     radii = np.array([arm.spheres[i].radius for i in free])
     return float((problem.fields.arm.distance(arm_spheres(arm, q)[free]) - radii).min())
 

@@ -15,11 +15,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 import yaml
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
+from sgnlp.hand.hand_file import euler_rotation
 from sgnlp.hand.yaml_nodes import any_mapping, mapping, numbers, positive, sequence, unknown_name, word
 from sgnlp.perception.shape import Shape
 
@@ -74,9 +74,8 @@ def _shapes(node: Any, where: str, path: Path) -> tuple[Shape, ...]:
 
 def _place(entry: dict[str, Any], where: str) -> tuple[Array, Array]:
     """The position (3,) and rotation (3, 3) of an entry."""
-    angles = np.radians(numbers(entry.get("euler_deg", 0.0), (3,), f"euler_deg of {where}"))
-    rx, ry, rz = (pin.utils.rotate(axis, angle) for axis, angle in zip("xyz", angles, strict=True))
-    return numbers(entry["position"], (3,), f"position of {where}"), rx @ ry @ rz
+    rotation = euler_rotation(entry.get("euler_deg", 0.0), f"euler_deg of {where}")
+    return numbers(entry["position"], (3,), f"position of {where}"), rotation
 
 
 def _box(entry: dict[str, Any], name: str, where: str, path: Path) -> tuple[Shape, ...]:

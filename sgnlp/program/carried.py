@@ -51,16 +51,11 @@ class Carried:
     dexterity: Any  # () log of the manipulability over that at home
 
 
-def free_spheres(arm: Arm) -> list[int]:
-    """Indices of the A spheres that can come down to the table."""
-    return list(arm.table_spheres)
-
-
 def far_spheres(arm: Arm) -> list[int]:
     """Indices of the F free spheres on links with joints enough between them and the hand."""
     most = len(arm.joint_names) - BETWEEN
     links = [arm.model.getFrameId(s.link, pin.FrameType.BODY) for s in arm.spheres]
-    return [i for i in free_spheres(arm) if len(coordinates(arm.model, links[i])) <= most]
+    return [i for i in arm.free_spheres if len(coordinates(arm.model, links[i])) <= most]
 
 
 def near_spheres(hand: Hand) -> list[int]:
@@ -84,7 +79,7 @@ class ArmModel:
         self._count, (R, p, _) = len(hand.arm.spheres), self._places[0]
         palm = [(p + R @ ca.SX(hand.spheres[i].centre)).T for i in near_spheres(hand)]  # rigid with the flange
         self._spheres = lifting.lift("arm", ca.vertcat(*[s for _, _, s in self._places], *palm))
-        free = free_spheres(hand.arm)
+        free = hand.arm.free_spheres
         self.spheres = ca.vertcat(*[self._spheres[[k * self._count + i for i in free], :] for k in range(POSTURES)])
 
     def state(self, par: SimpleNamespace, distances: ca.SX) -> Carried:
@@ -106,7 +101,7 @@ class ArmModel:
             standoff=self._joints[1],
             lift=self._joints[2],
             home=arm.home,
-            clearances=distances - np.tile(radii[free_spheres(arm)], POSTURES),
+            clearances=distances - np.tile(radii[arm.free_spheres], POSTURES),
             pair_clearances=_lengths(s[first, :] - s[second, :]) - radii[first] - radii[second],
             hand_clearances=ca.vertcat(*gaps),
             wrist_error=errors[0],

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from sgnlp.hand.hand import Hand
-from sgnlp.program.carried import far_spheres, free_spheres, near_spheres
+from sgnlp.program.carried import far_spheres, near_spheres
 from sgnlp.program.constraint import Constraint
 
 AXES = ("x", "y", "z")
@@ -22,7 +22,7 @@ def labels(hand: Hand) -> dict[str, tuple[str, ...]]:
         "axis": AXES,
         "arm_turn": arm_names(hand)[len(arm.joint_names) :] if arm else (),
         "pose": tuple(f"{kind}{axis}" for kind in ("", "r") for axis in AXES),
-        "arm": tuple(arm.spheres[i].name for i in free_spheres(arm)) if arm else (),
+        "arm": tuple(arm.spheres[i].name for i in arm.free_spheres) if arm else (),
         "arm_pair": tuple(f"{arm.spheres[i].name}-{arm.spheres[j].name}" for i, j in arm.pairs) if arm else (),
         "arm_palm": tuple(f"{arm.spheres[j].name}-{spheres[i]}" for i in near_spheres(hand) for j in far_spheres(arm))
         if arm

@@ -83,8 +83,8 @@ def test_no_sphere_bulges_further_than_the_arms_file_says(arm: Arm):
 
 def test_a_sphere_counts_for_the_table_if_two_joints_move_it(arm: Arm):
     low = arm_spheres(arm, arm.home)[:, 2] - [sphere.radius for sphere in arm.spheres]
-    assert low[list(arm.table_spheres)].min() > 0.02
-    fixed = set(range(len(arm.spheres))) - set(arm.table_spheres)
+    assert low[list(arm.free_spheres)].min() > 0.02
+    fixed = set(range(len(arm.spheres))) - set(arm.free_spheres)
     turned = arm.home + np.eye(len(arm.home))[0]
     heights = arm_spheres(arm, arm.home)[:, 2] - arm_spheres(arm, turned)[:, 2]
     assert fixed

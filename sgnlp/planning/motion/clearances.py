@@ -22,7 +22,7 @@ from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import frames
 from sgnlp.planning.motion.trajectory import BETWEEN
 from sgnlp.planning.problem import UNSEEN, Problem
-from sgnlp.program.carried import far_spheres, free_spheres, near_spheres
+from sgnlp.program.carried import far_spheres, near_spheres
 from sgnlp.program.constraint import LENGTH, Check
 from sgnlp.program.tolerances import CLEARANCE
 from sgnlp.surface.gpis import Gpis
@@ -69,7 +69,7 @@ def samples(hand: Hand, name: str, times: Array, wrist: Array, joints: Array, ar
 def moving(hand: Hand) -> list[int]:
     """Which spheres of `samples` can come to the table: all of the hand, and those of its arm that are free to."""
     found, arm = list(range(len(hand.spheres))), hand.arm
-    return found if arm is None else [*found, *(len(found) + i for i in free_spheres(arm))]
+    return found if arm is None else [*found, *(len(found) + i for i in arm.free_spheres)]
 
 
 def to_object(problem: Problem, samples: Samples) -> Check:
