@@ -16,9 +16,9 @@ import pinocchio as pin
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.hand import arm_file, hand_file, library
+from sgnlp.hand.description import description
 from sgnlp.hand.hand_file import Sphere
 from sgnlp.hand.model import coordinates, joint_model, own_joints, places, urdf_file
-from sgnlp.hand.urdf_checks import description
 from sgnlp.hand.yaml_nodes import numbers, word
 
 ARM_FILE = "arm.yaml"
@@ -33,7 +33,7 @@ class Arm:
     name: str
     urdf: Path
     description: str
-    """The URDF of what counts, by `sgnlp.hand.urdf_checks` and `arm_file.chain`: no gripper, nothing on the flange."""
+    """The URDF of what counts, by `sgnlp.hand.description` and `arm_file.chain`: no gripper, nothing on the flange."""
     model: pin.Model
     """The joints with the root link fixed at the origin."""
     root: str
@@ -127,9 +127,9 @@ def _loaded(file: Path, text: str) -> Arm:
 
 def _build(file: Path, data: dict[str, Any], text: str) -> Arm:
     urdf = urdf_file(data["urdf"], file.parent)
-    flange = word(data["flange"], "flange")
-    described = arm_file.chain(description(urdf), flange)
-    model = joint_model(described, data["root"])
+    root, flange = word(data["root"], "root"), word(data["flange"], "flange")
+    described = arm_file.chain(description(urdf, root), flange)
+    model = joint_model(described)
     names = own_joints(model)
     lower, upper = (
         numbers(ends, (len(names),), "limits") for ends in (model.lowerPositionLimit, model.upperPositionLimit)
@@ -140,7 +140,7 @@ def _build(file: Path, data: dict[str, Any], text: str) -> Arm:
         urdf=urdf,
         description=described,
         model=model,
-        root=data["root"],
+        root=root,
         joint_names=names,
         lower=lower,
         upper=upper,

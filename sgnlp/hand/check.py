@@ -15,11 +15,11 @@ import pinocchio as pin
 
 from sgnlp.base.errors import InputError
 from sgnlp.hand import hand_file
+from sgnlp.hand.description import description
 from sgnlp.hand.findings import Finding, found_of, span
 from sgnlp.hand.hand import HAND_FILE, Hand, load_hand
 from sgnlp.hand.model import joint_model, mimics, own_joints, urdf_file
-from sgnlp.hand.urdf_checks import description
-from sgnlp.hand.yaml_nodes import any_mapping, frozen, sequence
+from sgnlp.hand.yaml_nodes import any_mapping, frozen, sequence, word
 
 Part = TypeVar("Part")
 
@@ -82,14 +82,17 @@ class _Reading:
         self.part("wrist", "a start or more", lambda: hand_file.wrist_starts(data["wrist"]), _count("starts"))
         place = "a file beside this one, or the path of one in a package"
         urdf = self.part("URDF", place, lambda: urdf_file(data["urdf"], self.folder), lambda u: u.name)
-        valid = "a tree of links, finite numbers, meshes that are there"
+        valid = "a tree of links, among them the root, finite numbers, meshes that are there"
         described = urdf and self.part(
-            "links", valid, lambda: description(urdf), lambda d: f"{d.count('<link ')} links"
+            "links",
+            valid,
+            lambda: description(urdf, word(data["root"], "root")),
+            lambda d: f"{d.count('<link ')} links from '{data['root']}' on",
         )
         model = described and self.part(
             "joints",
-            "the root link as named, limits that leave those of mimic joints",
-            lambda: joint_model(described, data["root"]),
+            "limits that leave those of mimic joints",
+            lambda: joint_model(described),
             lambda m: f"{len(own_joints(m))} under '{data['root']}', {len(mimics(m))} more mimic one of them",
         )
         if model:

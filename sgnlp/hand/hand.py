@@ -18,9 +18,9 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.hand import hand_file, library
 from sgnlp.hand.arm import Arm, available_arms, base_pose, load_arm, with_base, with_mount
+from sgnlp.hand.description import description
 from sgnlp.hand.hand_file import Finger, Sphere, WristStart
 from sgnlp.hand.model import Mimic, joint_model, mimics, own_joints, urdf_file
-from sgnlp.hand.urdf_checks import description
 from sgnlp.hand.yaml_nodes import frozen, word
 
 HAND_FILE = "hand.yaml"
@@ -33,7 +33,7 @@ class Hand:
     name: str
     urdf: Path
     description: str
-    """The URDF as Pinocchio and MuJoCo read it, by `sgnlp.hand.urdf_checks`."""
+    """The URDF as Pinocchio and MuJoCo read it, by `sgnlp.hand.description`."""
     model: pin.Model
     """The tree of joints with the root link fixed at the origin (no free flyer)."""
     root: str
@@ -145,8 +145,9 @@ def _loaded(file: Path, text: str, preset: str) -> Hand:
 
 def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
     urdf = urdf_file(data["urdf"], file.parent)
-    described = description(urdf)
-    model = joint_model(described, data["root"])
+    root = word(data["root"], "root")
+    described = description(urdf, root)
+    model = joint_model(described)
     names = own_joints(model)
     fingers = hand_file.fingers(data["fingers"], model)
     finger_names = [finger.name for finger in fingers]
@@ -158,7 +159,7 @@ def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
         urdf=urdf,
         description=described,
         model=model,
-        root=data["root"],
+        root=root,
         joint_names=names,
         mimics=mimics(model),
         lower=lower,

@@ -62,11 +62,11 @@ def _packaged(package: str, path: str) -> Path | None:
     return next((Path(str(f.locate())) for f in files if str(f).endswith(f"{package}/{path}")), None)
 
 
-def joint_model(description: str, root: str) -> pin.Model:
+def joint_model(description: str) -> pin.Model:
     """The tree of joints with the root link fixed at the origin; mimic joints narrow the limits of those they follow.
 
-    `description` is that of `sgnlp.hand.urdf_checks`. Raises:
-        InputError: its root link is another, or a joint mimics one that comes later.
+    `description` is that of `sgnlp.hand.description`. Raises:
+        InputError: a joint mimics one that comes later, or leaves nothing of that joint's limits.
     """
     joints = ElementTree.fromstring(description).findall("joint")
     coupled = {joint.get("name", ""): joint for joint in joints if joint.find("mimic") is not None}
@@ -76,9 +76,6 @@ def joint_model(description: str, root: str) -> pin.Model:
         model = pin.buildModelFromXML(description, mimic=True) if coupled else free
     except (ValueError, RuntimeError) as error:
         raise InputError(f"Pinocchio cannot read the URDF: {' '.join(str(error).split())}") from None
-    base = model.frames[1].name  # the frame after 'universe' is the URDF's root link
-    if root != base:
-        raise InputError(f"the root must be the URDF's root link '{base}', not '{root}'")
     for mimic in mimics(model):
         limit = coupled[mimic.name].find("limit")
         assert limit is not None  # every moving joint of a description has one

@@ -170,7 +170,7 @@ def refusal(folder: Path) -> str:
     [
         ("flange: panda_link8", "flange: panda_link9", "unknown flange 'panda_link9'"),
         ("flange: panda_link8", "flange: panda_link0", "no joint moves the flange 'panda_link0'"),
-        ("root: panda_link0", "root: panda_link1", "the root must be the URDF's root link 'panda_link0'"),
+        ("root: panda_link0", "root: panda_link", "panda.urdf: unknown root 'panda_link'; nearest of the"),
         ("panda_joint4: -2.356194", "panda_joint4: 0", "home angle 0 of 'panda_joint4' is outside [-3.0718, -0.0698]"),
         ("panda_joint7: 0.785398", "panda_joint8: 0", "unknown key in home 'panda_joint8'"),
         ("  panda_joint1: 0\n", "", "home: the key 'panda_joint1' is missing"),

@@ -249,7 +249,7 @@ def test_the_five_fingered_hand_has_fifteen_joints_and_five_that_follow():
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("root: base", "root: a_tip", "root must be the URDF's root link 'base', not 'a_tip'"),
+        ("root: base", "root: bass", "hand.urdf: unknown root 'bass'; valid: a_link"),
         ("effort: 1.0", "effort: strong", "effort must be 9 finite numbers, not strong"),
         ("effort: 1.0", "effort: 0", "effort of joint 'a_slide' must be positive, not 0"),
         ("effort: 1.0", "efort: 1.0", "unknown key in the file 'efort'; valid: effort, fingers"),
