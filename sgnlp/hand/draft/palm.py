@@ -55,4 +55,6 @@ def check_palm(skeleton: Skeleton, name: str) -> None:
     chains = sum(frame in skeleton.above(end) for end in skeleton.ends)
     if chains < MIN_FINGERS:
         valid = ", ".join(f"'{link}'" for link in candidates(skeleton)) or "none of this file"
-        raise InputError(f"{chains} chains of moving joints below --palm '{name}'; a hand has three or more; try {valid}")
+        raise InputError(
+            f"{chains} chains of moving joints below --palm '{name}'; a hand has three or more; try {valid}"
+        )

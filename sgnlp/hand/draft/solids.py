@@ -34,6 +34,11 @@ class Solid:
         """How far (K,) [m] points (K, 3) are inside, within half a cell; negative outside."""
         return np.asarray(self._depth[tuple(np.clip(self._index(points), 0, np.array(self._depth.shape) - 1).T)])
 
+    @property
+    def thickness(self) -> float:
+        """Twice the largest depth [m]."""
+        return 2 * float(self._depth.max())
+
     def middles(self, count: int) -> Array:
         """About `count` middles (K, 3) [m] of filled cells, evenly spaced."""
         step = max(1, round((self.filled.sum() / count) ** (1 / 3)))
