@@ -32,6 +32,9 @@ class Described(Protocol):
     def model(self) -> pin.Model:
         """The tree of its joints."""
 
+    def __hash__(self) -> int:
+        """Of the object, not of its values: what is read for it is read once."""
+
 
 @functools.lru_cache(maxsize=4)
 def _geometry(hand: Described) -> pin.GeometryModel:

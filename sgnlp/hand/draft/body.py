@@ -8,7 +8,7 @@ import pinocchio as pin
 
 from sgnlp.base.arrays import Array, IntArray
 from sgnlp.hand.draft.chains import Chain
-from sgnlp.hand.draft.closing import End, ends
+from sgnlp.hand.draft.closing import ends
 from sgnlp.hand.draft.covers import Ball, Cover, cover
 from sgnlp.hand.draft.pads import Pad, pad
 from sgnlp.hand.draft.skeleton import Skeleton

@@ -11,8 +11,8 @@ from sgnlp.hand.draft.chains import Chain
 from sgnlp.hand.draft.skeleton import Skeleton
 
 LOPSIDED = 0.1
-"""Least |lower + upper| / (upper - lower) of a joint that closes towards its larger limit; less is a joint that spreads.
-LEAP's thumb has 0.17 at its last joint, spreading joints have 0."""
+"""Least |lower + upper| / (upper - lower) of a joint that closes towards its larger limit; with less it spreads. LEAP's
+thumb has 0.17 at its last joint, spreading joints have 0."""
 
 
 @dataclass(frozen=True, eq=False)

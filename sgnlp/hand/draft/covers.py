@@ -95,8 +95,13 @@ def _chosen(points: Array, centres: Array, radii: Array, costs: Array) -> list[B
     covered = distances <= radii + OUTSIDE - RESERVE
     bare = ~covered.any(axis=1)
     rows = LinearConstraint(np.unique(covered[~bare], axis=0).astype(float), lb=1)
-    options = {"mip_rel_gap": GAP, "node_limit": NODES}
-    found = milp(costs, constraints=rows, integrality=np.ones(len(costs)), bounds=Bounds(0, 1), options=options)
+    found = milp(
+        costs,
+        constraints=rows,
+        integrality=np.ones(len(costs), int),
+        bounds=Bounds(0, 1),
+        options={"mip_rel_gap": GAP, "node_limit": NODES},
+    )
     if found.x is None:
         raise InputError("a link cannot be covered by spheres; look at its mesh")
     chosen = np.flatnonzero(found.x > 0.5)

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-
 from sgnlp.hand.description import Changes, description
 from sgnlp.hand.draft import body, chains, order, pairs, palm, reference, strength, wrist
 from sgnlp.hand.draft.skeleton import Skeleton

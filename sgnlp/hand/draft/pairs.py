@@ -64,7 +64,8 @@ def _postures(body: Body, reference: Array) -> Array:
 def _greedy(overlaps: BoolArray) -> tuple[list[int], float]:
     """Columns that find most of the rows with an overlap, one after the other, and the share that they find."""
     left = overlaps[overlaps.any(axis=1)]
-    total, chosen = len(left), []
+    chosen: list[int] = []
+    total = len(left)
     while len(left) > (1 - SHARE) * total and len(chosen) < MOST:
         chosen.append(int(left.sum(axis=0).argmax()))
         left = left[~left[:, chosen[-1]]]

@@ -6,12 +6,11 @@ w_i = -e_i with e_i = (a_i - s) / |a_i - s|. The thumb t opposes the others, e_t
 outside of the ball, pads apart, and joints near the middle of their ranges.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
-import pinocchio as pin
 from scipy.optimize import least_squares
 
 from sgnlp.base.arrays import Array
@@ -75,14 +74,7 @@ def _searches(body: Body, thumb: int) -> Iterator[Reference]:
     bounds = np.r_[low + room, np.full(3, -np.inf)], np.r_[high - room, np.full(3, np.inf)]
     for joints in _starts(body):
         begin = np.clip(np.r_[joints, body.centres(joints)[:m].mean(axis=0)], *bounds)
-        done = least_squares(
-            lambda x: np.array(misses(x)[0]).ravel(),
-            begin,
-            lambda x: np.array(misses(x)[1]),
-            bounds=bounds,
-            ftol=TOLERANCE,
-            max_nfev=STEPS,
-        )
+        done = least_squares(misses.value, begin, misses.jacobian, bounds=bounds, ftol=TOLERANCE, max_nfev=STEPS)
         yield Reference(done.x[:-3], done.x[-3:], radius, thumb, float(done.cost))
 
 
@@ -98,8 +90,21 @@ def _starts(body: Body) -> list[Array]:
     return bent + [rng.uniform(low, high) for _ in range(DRAWS)]
 
 
-def _misses(body: Body, thumb: int, radius: float) -> ca.Function:
-    """The residuals (K,) and their derivatives (K, n + 3) as a function of joints and ball."""
+@dataclass(frozen=True)
+class _Misses:
+    """The residuals (K,) and their derivatives (K, n + 3) as functions of joints and ball (n + 3,)."""
+
+    function: ca.Function
+
+    def value(self, x: Array) -> Array:
+        return np.array(self.function(x)[0]).ravel()
+
+    def jacobian(self, x: Array) -> Array:
+        return np.array(self.function(x)[1])
+
+
+def _misses(body: Body, thumb: int, radius: float) -> _Misses:
+    """What is to be made small, for one finger as the thumb and a ball of a radius [m]."""
     model, m = body.skeleton.model, len(body.chains)
     q, s = ca.SX.sym("q", model.nq), ca.SX.sym("s", 3)
     chain = placements(model, ca.SX.eye(3), ca.SX(3, 1), q)
@@ -119,7 +124,7 @@ def _misses(body: Body, thumb: int, radius: float) -> ca.Function:
     low, high = model.lowerPositionLimit, model.upperPositionLimit
     rows.append(MIDDLE * (2 * q - low - high) / (high - low))
     residuals, x = ca.vertcat(*rows), ca.vertcat(q, s)
-    return ca.Function("misses", [x], [residuals, ca.jacobian(residuals, x)])
+    return _Misses(ca.Function("misses", [x], [residuals, ca.jacobian(residuals, x)]))
 
 
 def _place(chain: Placements, joint: int, point: Array) -> ca.SX:

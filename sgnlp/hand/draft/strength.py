@@ -11,8 +11,8 @@ from sgnlp.hand.findings import MAX_EFFORT
 
 FORCE = 5.0
 """What a finger without a plausible effort is taken to press with [N], stretched: 0.7 N m at an Allegro's 14 cm."""
-SOFTEST, LARGEST = 2.5, 10.0
-"""Bounds of the force that gains follow from [N]: below, springs hold nothing; above, they move light objects."""
+LEAST, MOST = 2.0, FORCE
+"""Bounds of the force that gains follow from [N]: with less nothing is held, and a light object bears no more."""
 INITIAL, LOWER, UPPER = 16.0, 8.0, 80.0
 """Gains over force [1/m]: 80, 40 and 400 N/m of the paper and of the release, at an Allegro's 5 N."""
 DIGITS = 10.0
@@ -44,7 +44,7 @@ def strength(body: Body, thumb: int) -> Strength:
     own = [[model.idx_qs[joint] for joint in chain.joints] for chain in body.chains]
     force = float(np.median([effort[joints].min() for joints in own]) / length)
     lower, upper, initial = (
-        DIGITS * round(k * float(np.clip(force, SOFTEST, LARGEST)) / DIGITS) for k in (LOWER, UPPER, INITIAL)
+        DIGITS * round(k * float(np.clip(force, LEAST, MOST)) / DIGITS) for k in (LOWER, UPPER, INITIAL)
     )
     return Strength(
         effort=effort,
