@@ -17,8 +17,9 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.hand import arm_file, hand_file, library
 from sgnlp.hand.description import description
+from sgnlp.hand.description.source import source_file
 from sgnlp.hand.hand_file import Sphere
-from sgnlp.hand.model import coordinates, joint_model, own_joints, places, urdf_file
+from sgnlp.hand.model import coordinates, joint_model, own_joints, places
 from sgnlp.hand.yaml_nodes import numbers, word
 
 ARM_FILE = "arm.yaml"
@@ -126,7 +127,7 @@ def _loaded(file: Path, text: str) -> Arm:
 
 
 def _build(file: Path, data: dict[str, Any], text: str) -> Arm:
-    urdf = urdf_file(data["urdf"], file.parent)
+    urdf = source_file(data["urdf"], file.parent)
     root, flange = word(data["root"], "root"), word(data["flange"], "flange")
     described = arm_file.chain(description(urdf, root), flange)
     model = joint_model(described)

@@ -16,9 +16,10 @@ import pinocchio as pin
 from sgnlp.base.errors import InputError
 from sgnlp.hand import hand_file
 from sgnlp.hand.description import description
+from sgnlp.hand.description.source import source_file
 from sgnlp.hand.findings import Finding, found_of, span
 from sgnlp.hand.hand import HAND_FILE, Hand, load_hand
-from sgnlp.hand.model import joint_model, mimics, own_joints, urdf_file
+from sgnlp.hand.model import joint_model, mimics, own_joints
 from sgnlp.hand.yaml_nodes import any_mapping, frozen, sequence, word
 
 Part = TypeVar("Part")
@@ -81,7 +82,7 @@ class _Reading:
             return
         self.part("wrist", "a start or more", lambda: hand_file.wrist_starts(data["wrist"]), _count("starts"))
         place = "a file beside this one, or the path of one in a package"
-        urdf = self.part("URDF", place, lambda: urdf_file(data["urdf"], self.folder), lambda u: u.name)
+        urdf = self.part("URDF", place, lambda: source_file(data["urdf"], self.folder), lambda u: u.name)
         valid = "a tree of links, among them the root, finite numbers, meshes that are there"
         described = urdf and self.part(
             "links",

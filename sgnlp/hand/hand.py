@@ -19,8 +19,9 @@ from sgnlp.base.errors import InputError
 from sgnlp.hand import hand_file, library
 from sgnlp.hand.arm import Arm, available_arms, base_pose, load_arm, with_base, with_mount
 from sgnlp.hand.description import description
+from sgnlp.hand.description.source import source_file
 from sgnlp.hand.hand_file import Finger, Sphere, WristStart
-from sgnlp.hand.model import Mimic, joint_model, mimics, own_joints, urdf_file
+from sgnlp.hand.model import Mimic, joint_model, mimics, own_joints
 from sgnlp.hand.yaml_nodes import frozen, word
 
 HAND_FILE = "hand.yaml"
@@ -144,7 +145,7 @@ def _loaded(file: Path, text: str, preset: str) -> Hand:
 
 
 def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
-    urdf = urdf_file(data["urdf"], file.parent)
+    urdf = source_file(data["urdf"], file.parent)
     root = word(data["root"], "root")
     described = description(urdf, root)
     model = joint_model(described)
