@@ -33,17 +33,17 @@ class DraftHand:
     mirror: bool = False
     """draft the mirror image: a left hand of a right one"""
     out: Path | None = None
-    """folder of the hand; if not given, one here with the file's name"""
+    """folder of the hand, which is named for it; if not given, one here that is named as the description is"""
     force: bool = False
     """write over the hand that is there"""
 
     def run(self, console: Console) -> int:
         """Draft, write, examine, draw."""
-        folder = self.out or Path(self.file.stem)
-        if (folder / HAND_FILE).exists() and not self.force:
-            raise InputError(f"'{folder}' has a {HAND_FILE} already; choose another --out, or --force")
-        results.writable(folder)
+        if self.out:
+            self._check(self.out)
         drafted = draft(self.file, self.palm, self.tips, self.mirror)
+        folder = self.out or Path(drafted.name)
+        self._check(folder)
         results.write_text(folder / HAND_FILE, text(drafted, folder))
         examination = examine(folder)
         tell(console, examination)
@@ -57,3 +57,9 @@ class DraftHand:
                 results.write_bytes(folder / PICTURE, picture(hand_scene(examination.hand, examination), 0, 0))
                 console.print(f"written: {folder / PICTURE}", soft_wrap=True)
         return codes.BAD_INPUT if examination.wrong else codes.FEASIBLE
+
+    def _check(self, folder: Path) -> None:
+        """Refuse a folder that cannot be written, or has a hand."""
+        if (folder / HAND_FILE).exists() and not self.force:
+            raise InputError(f"'{folder}' has a {HAND_FILE} already; choose another --out, or --force")
+        results.writable(folder)

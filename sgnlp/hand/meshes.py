@@ -47,10 +47,23 @@ def _geometry(hand: Described) -> pin.GeometryModel:
         raise InputError(
             f"a mesh of {hand.urdf.name} cannot be read: {' '.join(told.split())}; export it again"
         ) from None
-    for shown in model.geometryObjects:
-        if fault := _fault(_mesh(shown)):
-            raise InputError(f"the mesh {shown.meshPath} of {hand.urdf.name} {fault}")
     return model
+
+
+@functools.lru_cache(maxsize=4)
+def _meshes(hand: Described) -> tuple[Mesh, ...]:
+    """The meshes of what it shows; one of a file that is there twice is read once."""
+    known: dict[tuple[str, ...], Mesh] = {}
+    found = []
+    for i, shown in enumerate(_geometry(hand).geometryObjects):
+        solid = not hasattr(shown.geometry, "tri_indices")
+        key = (str(i),) if solid else (shown.meshPath, *map(str, shown.meshScale))
+        if key not in known:
+            known[key] = _mesh(shown)
+            if fault := _fault(known[key]):
+                raise InputError(f"the mesh {shown.meshPath} of {hand.urdf.name} {fault}")
+        found.append(known[key])
+    return tuple(found)
 
 
 def _fault(mesh: Mesh) -> str:
@@ -86,12 +99,11 @@ def link_meshes(hand: Described) -> tuple[list[Mesh], list[tuple[float, float, f
     Raises:
         InputError: a mesh of the URDF is not there, or is none.
     """
-    meshes, colours = [], []
+    colours = []
     for shown in _geometry(hand).geometryObjects:
         red, green, blue, _ = map(float, shown.meshColor)
-        meshes.append(_mesh(shown))
         colours.append((red, green, blue))
-    return meshes, colours
+    return list(_meshes(hand)), colours
 
 
 def mesh_files(hand: Described) -> list[tuple[str, tuple[float, ...]]]:

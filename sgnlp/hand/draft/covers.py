@@ -136,7 +136,7 @@ def _lone(points: Array) -> list[Ball]:
 def _spread(points: Array, count: int) -> Array:
     """About `count` of the points, one in each cell of a grid that is as fine as that needs."""
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
-    for cell in max(size, CELL) / np.arange(4, 200, 2):
+    for cell in max(size, CELL) / np.geomspace(4, 200, 20):
         _, first = np.unique(np.floor(points / cell), axis=0, return_index=True)
         if len(first) >= count:
             break

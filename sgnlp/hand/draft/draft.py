@@ -5,9 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sgnlp.hand.description import Changes, description
+from sgnlp.hand.description.endless import endless
 from sgnlp.hand.draft import body, chains, order, pairs, palm, reference, strength, wrist
 from sgnlp.hand.draft.skeleton import Skeleton
 from sgnlp.hand.model import joint_model
+
+TURN, SLIDE = (-1.5708, 1.5708), (-0.02, 0.02)
+"""Limits of a joint for which the description has none: a quarter turn either way [rad], 2 cm [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +33,8 @@ class Draft:
 
     @property
     def name(self) -> str:
-        """The name of the hand: that of the file it is described by."""
-        return self.file.stem
+        """What the description calls the hand, or its file."""
+        return str(self.body.skeleton.model.name) or self.file.stem
 
 
 def draft(file: Path, root: str | None = None, tips: Sequence[str] = (), mirror: bool = False) -> Draft:
@@ -39,8 +43,8 @@ def draft(file: Path, root: str | None = None, tips: Sequence[str] = (), mirror:
     Raises:
         InputError: the file is no description, or several links or none can be a palm, or there are too few fingers.
     """
-    palm_link = root or palm.palm(_skeleton(file, None, Changes()))
-    changes = Changes(mirror=mirror)
+    palm_link = root or palm.palm(_skeleton(file, None, _changes(file, None, mirror=False)))
+    changes = _changes(file, palm_link, mirror)
     skeleton = _skeleton(file, palm_link, changes)
     fitted = body.body(skeleton, chains.chains(skeleton, tips))
     fitted, relaxed = order.ordered(fitted, reference.reference(fitted), keep=bool(tips))
@@ -55,6 +59,12 @@ def draft(file: Path, root: str | None = None, tips: Sequence[str] = (), mirror:
         ordered=not tips,
         searched=root is None,
     )
+
+
+def _changes(file: Path, root: str | None, mirror: bool) -> Changes:
+    """The mirror image where it is asked for, and limits for the joints that have none."""
+    limits = {name: TURN if turns else SLIDE for name, turns in endless(file, root).items()}
+    return Changes(limits=limits, mirror=mirror)
 
 
 def _skeleton(file: Path, root: str | None, changes: Changes) -> Skeleton:

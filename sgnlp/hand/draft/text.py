@@ -1,6 +1,7 @@
 """The text of a hand's file from a draft: each guess with a comment that says so, and the measure that it came from."""
 
 import json
+import os
 import re
 import textwrap
 from collections.abc import Iterable, Iterator
@@ -34,7 +35,7 @@ def text(draft: Draft, folder: Path) -> str:
 
 def _head(draft: Draft, folder: Path) -> Iterator[str]:
     yield from _note(f"Drafted from {draft.file.name}. What is guessed says so: compare it with the hand. {KEYS}")
-    yield f"name: {_word(draft.name)}"
+    yield f"name: {_word(Path(os.path.abspath(folder)).name)}"
     place = source(draft.file, folder)
     if isinstance(place, str):
         yield f"urdf: {_word(place)}"
