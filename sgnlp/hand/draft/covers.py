@@ -23,7 +23,7 @@ ROUNDING = 0.0001
 """What is left of it to the digits of the hand's file [m]."""
 RESERVE = 0.0003
 """How much of it is kept for the points of the skin between those that are looked at [m]."""
-POINTS, ADDED, CANDIDATES = 400, 40, 500
+POINTS, ADDED, CANDIDATES = 400, 40, 400
 """Of the skin that are looked at first, those added of what is left bare, and centres: half a second a link."""
 BULGE = 0.6
 """How far spheres may bulge, in half thicknesses of the link, if nothing is asked: 6 mm on an Allegro's finger."""
@@ -33,7 +33,7 @@ STEP = 0.002
 """Between candidates on the axes of the joint's frame [m]."""
 OFF_AXIS = 1.1
 """What a sphere costs off the axes of the joint's frame, where derivatives are less sparse, if one on them costs 1."""
-GAP, NODES = 0.1, 200
+GAP, NODES = 0.15, 50
 """Where the integer program ends: this near the best bound, or after so many nodes."""
 DIRECTIONS = 200
 """In which the bulge of a sphere is measured."""

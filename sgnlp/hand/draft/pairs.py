@@ -13,6 +13,8 @@ NEAR = 0.2
 """How far those around the reference are, in ranges of the joints."""
 DEPTH = 0.003
 """Overlap [m] that counts: as much as spheres may leave bare."""
+APART = 0.001
+"""Least gap of a pair at the reference posture [m]."""
 ALWAYS = 0.3
 """Spheres that overlap in a larger share of the postures are neighbours, whose links are made to meet."""
 MOST, SHARE = 36, 0.97
@@ -32,7 +34,7 @@ def pairs(body: Body, reference: Array) -> Pairs:
     first, second = _across_chains(body)
     limits = body.radii[first] + body.radii[second]
     overlaps = np.array([_gap(body, first, second, q) for q in _postures(body, reference)]) < limits - DEPTH
-    clear = (_gap(body, first, second, reference) > limits) & (overlaps.mean(axis=0) < ALWAYS)
+    clear = (_gap(body, first, second, reference) > limits + APART) & (overlaps.mean(axis=0) < ALWAYS)
     overlaps, first, second = overlaps[:, clear], first[clear], second[clear]
     chosen, found = _greedy(overlaps)
     order = [(int(first[i]), int(second[i])) for i in chosen]

@@ -1,9 +1,9 @@
 """The relaxed posture: the one in which the pads stand around a ball in front of the palm best.
 
 With a_i the centres of the pads, r_i their radii and w_i where they look, and a ball of radius R about s, the joints q
-and s minimise a sum of squares. The pads stand off the ball, |a_i - s| = R + r_i + gap. They look at it,
-w_i = -e_i with e_i = (a_i - s) / |a_i - s|. The thumb t opposes the others, e_t = -Σ e_i / |Σ e_i|. Other spheres are
-outside of the ball, pads apart, and joints near the middle of their ranges.
+and s minimise a sum of squares. The pads stand off the ball, |a_i - s| = R + r_i + gap. They look at it, w_i = -e_i
+with e_i = (a_i - s) / |a_i - s|, and move to it as the fingers close. The thumb t opposes the others,
+e_t = -Σ e_i / |Σ e_i|. Other spheres are outside of the ball, pads apart, and joints near the middle of their ranges.
 """
 
 from collections.abc import Iterator
@@ -27,8 +27,9 @@ GAP = 0.1
 """Between ball and pads, in lengths of a finger: the Allegro's relaxed posture leaves 15 mm."""
 LENGTH = 0.005
 """A distance [m] that weighs as much as a pad that looks half a radian off, or a thumb a quarter."""
-LOOK, OPPOSE, MIDDLE = 0.5, 2.0, 0.3
-"""Weights: 1 / rad where pads look, for the thumb, and for half a range off its middle."""
+LOOK, CLOSE, OPPOSE, MIDDLE = 0.5, 1.5, 2.0, 0.3
+"""Weights: 1 / rad where pads look, where a finger of one joint moves as it closes, for the thumb, and for half a range
+off its middle. One of two joints can move in a plane, one of three anywhere: its way of closing weighs less."""
 ROOM = 0.1
 """How far the joints stay from their limits, in ranges."""
 BENT, DRAWS = (0.15, 0.3, 0.45), 2
@@ -82,12 +83,15 @@ def _starts(body: Body) -> list[Array]:
     """Joints (n,) where the searches begin: the hand closed by a part, and random ones."""
     model, rng = body.skeleton.model, np.random.default_rng(0)
     low, high = model.lowerPositionLimit, model.upperPositionLimit
-    way = np.zeros(model.nq)
-    for joint in range(1, model.njoints):
-        if model.joints[joint].nq:
-            way[model.idx_qs[joint]] = sense(body.skeleton, joint)
-    bent = [(low + high) / 2 + way * (share - 0.5) * (high - low) for share in BENT]
+    bent = [(low + high) / 2 + _closing(body) * (share - 0.5) * (high - low) for share in BENT]
     return bent + [rng.uniform(low, high) for _ in range(DRAWS)]
+
+
+def _closing(body: Body) -> Array:
+    """The velocity (n,) of the joints when the hand closes: 1 or -1, or 0 of those that spread."""
+    model = body.skeleton.model
+    own = [joint for joint in range(1, model.njoints) if model.joints[joint].nq]
+    return np.array([float(sense(body.skeleton, joint)) for joint in own])
 
 
 @dataclass(frozen=True)
@@ -110,11 +114,14 @@ def _misses(body: Body, thumb: int, radius: float) -> _Misses:
     chain = placements(model, ca.SX.eye(3), ca.SX(3, 1), q)
     centres = [_place(chain, joint, ball.centre) for joint, ball in body.balls]
     gap = GAP * finger_length(body)
+    closing = _closing(body)
     away = [_unit(centre - s) for centre in centres[:m]]
     rows: list[ca.SX] = []
     for i, pad in enumerate(body.pads):
         rows.append((ca.norm_2(centres[i] - s) - radius - pad.radius - gap) / LENGTH)
         rows.append(LOOK * (ca.mtimes(chain[body.chains[i].end][0], constant(pad.normal)) + away[i]))
+        free = np.unique([model.idx_qs[joint] for joint in body.chains[i].joints])
+        rows.append(CLOSE / len(free) * (_unit(ca.jtimes(centres[i], q, closing)) + away[i]))
     rows.append(OPPOSE * (away[thumb] + _unit(sum(one for i, one in enumerate(away) if i != thumb))))
     for i in range(m):
         for j in range(i):
