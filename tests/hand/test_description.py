@@ -191,7 +191,7 @@ def test_an_mjcf_that_cannot_be_planned_with_is_refused(tmp_path: Path, old: str
 
 def test_an_mjcf_without_mujoco_is_refused_with_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setitem(sys.modules, "mujoco", None)
-    with pytest.raises(InputError, match=r"made_up.xml is an MJCF, which MuJoCo reads: pip install 'sgnlp\[sim\]'"):
+    with pytest.raises(InputError, match=r"made_up.xml: it is an MJCF, which MuJoCo reads: pip install 'sgnlp\[sim\]'"):
         description(mjcf(tmp_path), "palm")
 
 
