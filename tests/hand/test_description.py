@@ -95,8 +95,8 @@ def test_a_joint_that_follows_a_later_one_leads_in_its_place(tmp_path: Path):
 def test_an_mjcf_and_a_urdf_of_one_hand_are_one_description(tmp_path: Path):
     ours, theirs = description(mjcf(tmp_path), "palm"), description(urdf(tmp_path))
     one, other = joint_model(ours), joint_model(theirs)
-    assert own_joints(one) == own_joints(other) == ("push", "spread", "flex")
-    assert [(m.name, m.joint) for m in mimics(one)] == [("curl", 0)]  # of the file, push follows it
+    assert own_joints(one) == own_joints(other) == ("bend", "push", "spread", "flex")
+    assert [(m.name, m.joint) for m in mimics(one)] == [("curl", 1)]  # of the file, push follows it
     for ends in ("lowerPositionLimit", "upperPositionLimit", "effortLimit"):
         np.testing.assert_allclose(getattr(one, ends), getattr(other, ends), atol=1e-12)
     for seed in range(5):
@@ -162,7 +162,7 @@ def in_mujoco(file: Path, root: str | None, changes: Changes) -> None:
             "<equality>",
             "<equality>",
             "hand",
-            "unknown root 'hand'; valid: apple, forearm, knuckle, nail, palm, thumb, tip",
+            "unknown root 'hand'; valid: apple, forearm, knuckle, little, nail, palm, thumb, tip",
         ),
         (
             'euler="90 0 0">',
