@@ -41,6 +41,11 @@ MJCF = """<mujoco model="made_up">
             </body>
           </body>
         </body>
+        <body name="little" pos="-0.03 0 0.1" childclass="finger">
+          <inertial pos="0 0 0.02" mass="0.02" diaginertia="1e-5 9e-6 2e-6"/>
+          <joint name="bend"/>
+          <geom fromto="0 0 0 0 0 0.04"/>
+        </body>
         <body name="thumb" pos="-0.03 0 0.02" euler="0 -40 0" childclass="finger">
           <inertial pos="0 0 0.02" mass="0.04" diaginertia="1e-5 9e-6 2e-6"/>
           <joint name="push" type="slide" axis="0 0.6 0.8" range="-0.01 0.02" ref="0.003"/>
@@ -81,6 +86,11 @@ URDF = f"""<robot name="made_up">
     <collision><origin rpy="-1.5707963267948966 0 0"/><geometry><capsule radius="0.004" length="0.004"/></geometry>
     </collision>
   </link>
+  <link name="little">
+    <inertial><origin xyz="0 0 0.02"/><mass value="0.02"/>
+      <inertia ixx="1e-5" iyy="9e-6" izz="2e-6" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><origin xyz="0 0 0.02"/><geometry><capsule radius="0.008" length="0.04"/></geometry></collision>
+  </link>
   <link name="thumb">
     <inertial><origin xyz="0 0 0.02"/><mass value="0.04"/>
       <inertia ixx="1e-5" iyy="9e-6" izz="2e-6" ixy="0" ixz="0" iyz="0"/></inertial>
@@ -98,6 +108,8 @@ URDF = f"""<robot name="made_up">
     <axis xyz="0 1 0"/><limit lower="-0.3490658503988659" upper="1.3962634015954636" effort="1" velocity="0"/></joint>
   <joint name="nail_fixed" type="fixed"><parent link="tip"/><child link="nail"/>
     <origin xyz="0 -0.005 0.02" rpy="1.5707963267948966 0 0"/></joint>
+  <joint name="bend" type="revolute"><parent link="palm"/><child link="little"/><origin xyz="-0.03 0 0.1"/>
+    <axis xyz="0 1 0"/><limit lower="-0.3490658503988659" upper="1.3962634015954636" effort="0" velocity="0"/></joint>
   <joint name="push" type="prismatic"><parent link="palm"/><child link="thumb"/>
     <origin xyz="{-0.03 + 0.0024 * 0.6427876096865394} -0.0018 {0.02 - 0.0024 * 0.766044443118978}"
       rpy="0 -0.6981317007977318 0"/>
@@ -106,6 +118,37 @@ URDF = f"""<robot name="made_up">
 </robot>
 """
 """The part of it from the palm on. Of the nail's ellipsoid it has the capsule around it on its longest axis."""
+HAND = """name: made_up
+urdf: {file}
+root: palm
+effort: 1.0
+fingers:
+  - {{name: index, tip: tip, offset: [0, 0, 0.02], radius: 0.01}}
+  - {{name: little, tip: little, offset: [0, 0, 0.04], radius: 0.01}}
+  - {{name: thumb, tip: thumb, offset: [0, 0, 0.04], radius: 0.01}}
+reference: {{bend: 0.1, push: 0.005, spread: 0, flex: 0.2}}
+gains: {{lower: 20, upper: 300, initial: 100}}
+wrist:
+  root_euler_deg: [180, 0, 0]
+  starts:
+    - {{position: [0, 0, 0.2], euler_deg: [0, 0, 0]}}
+spheres:
+  cover:
+    spheres:
+      index: {{link: tip, centre: [0, 0, 0.02], radius: 0.01}}
+      little: {{link: little, centre: [0, 0, 0.04], radius: 0.01}}
+      thumb: {{link: thumb, centre: [0, 0, 0.04], radius: 0.01}}
+      palm: {{link: palm, centre: [0, 0, 0.05], radius: 0.06}}
+    pads: {{index: index, little: little, thumb: thumb}}
+    pairs: [[index, thumb]]
+"""
+"""The hand's file, for either."""
+
+
+def described(file: Path) -> Path:
+    """The folder of the hand that a file describes, with a hand's file beside it."""
+    (file.parent / "hand.yaml").write_text(HAND.format(file=file.name), encoding="utf-8")
+    return file.parent
 
 
 def mjcf(folder: Path, *changes: tuple[str, str]) -> Path:

@@ -83,7 +83,7 @@ def load_arm(name_or_folder: str | Path) -> Arm:
     try:
         return _loaded(file, hand_file.text(file))
     except InputError as error:
-        raise InputError(f"{file.parent.name}/{file.name}: {error}") from None
+        raise error.within(f"{file.parent.name}/{file.name}") from None
 
 
 def with_base(arm: Arm, pose: Array) -> Arm:
@@ -121,7 +121,7 @@ def with_mount(arm: Arm, hand: str) -> Arm:
 @functools.lru_cache(maxsize=16)
 def _loaded(file: Path, text: str) -> Arm:
     """The same text gives the same arm."""
-    arm = _build(file, hand_file.entries(text, arm_file.KEYS), text)
+    arm = _build(file, hand_file.entries(text, arm_file.KEYS, ()), text)
     _check_home(arm)
     return arm
 

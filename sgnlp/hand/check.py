@@ -15,7 +15,7 @@ import pinocchio as pin
 
 from sgnlp.base.errors import InputError
 from sgnlp.hand import hand_file
-from sgnlp.hand.description import description
+from sgnlp.hand.description import Changes, description
 from sgnlp.hand.description.source import source_file
 from sgnlp.hand.findings import Finding, found_of, span
 from sgnlp.hand.hand import HAND_FILE, Hand, load_hand
@@ -84,10 +84,13 @@ class _Reading:
         place = "a file beside this one, or the path of one in a package"
         urdf = self.part("URDF", place, lambda: source_file(data["urdf"], self.folder), lambda u: u.name)
         valid = "a tree of links, among them the root, finite numbers, meshes that are there"
-        described = urdf and self.part(
+        changes = self.part("changes", ", ".join(hand_file.OPTIONAL), lambda: hand_file.changes(data), _changes)
+        if urdf is None or changes is None:
+            return
+        described = self.part(
             "links",
             valid,
-            lambda: description(urdf, word(data["root"], "root")),
+            lambda: description(urdf, word(data["root"], "root"), changes),
             lambda d: f"{d.count('<link ')} links from '{data['root']}' on",
         )
         model = described and self.part(
@@ -135,6 +138,11 @@ class _Reading:
 
 def _count(kind: str) -> Callable[[Sized], str]:
     return lambda things: f"{len(things)} {kind}"
+
+
+def _changes(found: Changes) -> str:
+    told = [f"{len(found.limits)} limits", f"{len(found.couplings)} couplings", *(["mirrored"] if found.mirror else [])]
+    return ", ".join(told)
 
 
 def _preset(found: hand_file.SphereSet) -> str:

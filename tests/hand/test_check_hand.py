@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from browser import drawn, needs_a_browser
+from descriptions import described, mjcf
 from hands import BENT, THREE, changed, coupled
 
 from sgnlp.base.errors import SgnlpError
@@ -52,6 +53,13 @@ def test_the_chain_of_each_finger_and_what_joints_follow_is_told(tmp_path: Path)
     assert finding(folder, "chain of b").found == "b_slide, b_bend, a_bend"
     assert finding(folder, "mimic 'b_curl'").found == "-0.5 · a_bend + 0.2"
     assert finding(folder, "joints").found == "8 under 'base', 1 more mimic one of them"
+
+
+def test_joints_that_share_a_motor_are_to_be_coupled(tmp_path: Path):
+    tendon = ('<joint joint="curl" coef="0.5"/>', '<joint joint="bend" coef="0.5"/>')
+    found = finding(described(mjcf(tmp_path, tendon)), "shared motor")
+    assert (found.verdict, found.found) == ("look", "one motor moves flex and bend")
+    assert "couplings: {bend: {joint: flex, multiplier: 1, offset: 0}}" in found.valid
 
 
 def test_one_mistake_hides_no_other(tmp_path: Path):

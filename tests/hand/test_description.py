@@ -95,8 +95,8 @@ def test_a_joint_that_follows_a_later_one_leads_in_its_place(tmp_path: Path):
 def test_an_mjcf_and_a_urdf_of_one_hand_are_one_description(tmp_path: Path):
     ours, theirs = description(mjcf(tmp_path), "palm"), description(urdf(tmp_path))
     one, other = joint_model(ours), joint_model(theirs)
-    assert own_joints(one) == own_joints(other) == ("push", "spread", "flex")
-    assert [(m.name, m.joint) for m in mimics(one)] == [("curl", 0)]  # of the file, push follows it
+    assert own_joints(one) == own_joints(other) == ("bend", "push", "spread", "flex")
+    assert [(m.name, m.joint) for m in mimics(one)] == [("curl", 1)]  # of the file, push follows it
     for ends in ("lowerPositionLimit", "upperPositionLimit", "effortLimit"):
         np.testing.assert_allclose(getattr(one, ends), getattr(other, ends), atol=1e-12)
     for seed in range(5):
@@ -162,7 +162,7 @@ def in_mujoco(file: Path, root: str | None, changes: Changes) -> None:
             "<equality>",
             "<equality>",
             "hand",
-            "unknown root 'hand'; valid: apple, forearm, knuckle, nail, palm, thumb, tip",
+            "unknown root 'hand'; valid: apple, forearm, knuckle, little, nail, palm, thumb, tip",
         ),
         (
             'euler="90 0 0">',
@@ -191,7 +191,7 @@ def test_an_mjcf_that_cannot_be_planned_with_is_refused(tmp_path: Path, old: str
 
 def test_an_mjcf_without_mujoco_is_refused_with_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setitem(sys.modules, "mujoco", None)
-    with pytest.raises(InputError, match=r"made_up.xml is an MJCF, which MuJoCo reads: pip install 'sgnlp\[sim\]'"):
+    with pytest.raises(InputError, match=r"made_up.xml: it is an MJCF, which MuJoCo reads: pip install 'sgnlp\[sim\]'"):
         description(mjcf(tmp_path), "palm")
 
 

@@ -45,7 +45,7 @@ def description(file: Path, root: str | None = None, changes: Changes = UNCHANGE
         strip(robot)
         resolve_mimics(robot)
     except InputError as error:
-        raise InputError(f"{file.name}: {error}") from None
+        raise error.within(file.name) from None
     if changes.mirror:
         mirror(robot)
     return ElementTree.tostring(robot, encoding="unicode")

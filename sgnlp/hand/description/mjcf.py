@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from sgnlp.base.errors import InputError
+from sgnlp.hand.description.mjcf_file import compiled
 from sgnlp.hand.description.mjcf_geometry import show
 from sgnlp.hand.description.mjcf_motors import efforts
 from sgnlp.hand.description.poses import add, place, pose, words
@@ -32,7 +33,7 @@ def read_mjcf(file: Path, root: str | None) -> ElementTree.Element:
         InputError: MuJoCo is not there or cannot read the file, there is no such body, or it has a part that no URDF
             has, such as a ball joint.
     """
-    spec, model = _compiled(file)
+    spec, model = compiled(file)
     below = _below(model, _root(model, root))
     robot = ElementTree.Element("robot", name=spec.modelname or file.stem)
     inside = {joint for body in below[1:] for joint in _joints(model, body)}
@@ -46,20 +47,6 @@ def read_mjcf(file: Path, root: str | None) -> ElementTree.Element:
     _couple(robot, model, inside)
     _check_loops(model, set(below))
     return robot
-
-
-def _compiled(file: Path) -> tuple[Any, Any]:
-    """The file as MuJoCo's spec and model, with every body kept."""
-    try:
-        import mujoco
-    except ImportError:
-        raise InputError(f"{file.name} is an MJCF, which MuJoCo reads: pip install 'sgnlp[sim]'") from None
-    try:
-        spec = mujoco.MjSpec.from_file(str(file))
-        spec.compiler.fusestatic, spec.compiler.discardvisual = False, False
-        return spec, spec.compile()
-    except (ValueError, RuntimeError) as error:
-        raise InputError(f"MuJoCo cannot read it: {' '.join(str(error).split())}") from None
 
 
 def _root(model: Any, root: str | None) -> int:

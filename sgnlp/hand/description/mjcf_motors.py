@@ -1,8 +1,12 @@
-"""How strong the motors of an MJCF are at its joints."""
+"""The motors of an MJCF: which joints they move, and how strong they are there."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from sgnlp.hand.description.mjcf_file import compiled
+from sgnlp.hand.description.xml_file import read_xml
 
 
 def efforts(model: Any) -> dict[int, float]:
@@ -22,9 +26,17 @@ def efforts(model: Any) -> dict[int, float]:
     return found
 
 
-def shared_motors(model: Any) -> list[dict[int, float]]:
-    """Of each motor that moves several joints by a fixed tendon, their coefficients."""
-    return [arms for motor in range(model.nu) if len(arms := _arms(model, motor)) > 1]
+def shared_motors(file: Path) -> list[list[str]]:
+    """Of each motor of an MJCF that moves several joints by a fixed tendon, their names; none of a URDF.
+
+    Raises:
+        InputError: the file is neither, or cannot be read.
+    """
+    if read_xml(file).tag != "mujoco":
+        return []
+    model = compiled(file)[1]
+    arms = [_arms(model, motor) for motor in range(model.nu)]
+    return [[str(model.joint(joint).name) for joint in joints] for joints in arms if len(joints) > 1]
 
 
 def _force(model: Any, motor: int) -> float | None:

@@ -7,10 +7,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from sgnlp.base.errors import InputError
-from sgnlp.hand.yaml_nodes import any_mapping, mapping, word
+from sgnlp.base.errors import InputError, NotInstalledError
+from sgnlp.hand.yaml_nodes import mapping, word
 
-KEYS = ("package", "path")
 SHARE = "AMENT_PREFIX_PATH"
 """The variable in which ROS 2 lists where packages are installed."""
 
@@ -19,18 +18,20 @@ def source_file(source: Any, folder: Path) -> Path:
     """The URDF or MJCF: a file beside the YAML, or a `path` in the installed `package`, which `install` brings.
 
     Raises:
-        InputError: it is not there; the message has the command that brings it, where the source tells it.
+        NotInstalledError: the package has no such file.
+        InputError: nor is one beside the YAML.
     """
     if isinstance(source, str):
         if not (folder / source).is_file():
             raise InputError(f"the URDF {source} is not there; name a file beside this one, or package and path")
         return folder / source
-    optional = ("install",) if "install" in any_mapping(source, "urdf") else ()
-    parts = {key: word(value, f"{key} of urdf") for key, value in mapping(source, "urdf", (*KEYS, *optional)).items()}
+    told = mapping(source, "urdf", ("package", "path"), ("install",))
+    parts = {key: word(value, f"{key} of urdf") for key, value in told.items()}
     file = packaged(parts["package"], parts["path"])
     if file is None:
-        remedy = f"install its package: {parts['install']}" if optional else "is its package installed?"
-        raise InputError(f"the URDF {parts['path']} of {parts['package']} is not there; {remedy}")
+        command = parts.get("install", "")
+        remedy = f"install its package: {command}" if command else "is its package installed?"
+        raise NotInstalledError(f"the URDF {parts['path']} of {parts['package']} is not there; {remedy}", command)
     return file
 
 

@@ -5,6 +5,9 @@ from pathlib import Path
 
 from sgnlp.base.errors import InputError
 
+INCLUDES = ("include", "model")
+"""The elements of an MJCF that name another one."""
+
 
 def read_xml(file: Path) -> ElementTree.Element:
     """The root element, <robot> of a URDF or <mujoco> of an MJCF.
@@ -32,6 +35,19 @@ def read_xml(file: Path) -> ElementTree.Element:
     if robot.tag not in ("robot", "mujoco"):
         raise InputError(f"{file.name} is no URDF that can be read: its root is <{robot.tag}>, not <robot> or <mujoco>")
     return robot
+
+
+def content(file: Path) -> bytes:
+    """What makes a description: the bytes of its file, and of an MJCF those of all that it includes."""
+    found = {file: file.read_bytes()}
+    unread = [file]
+    while unread:
+        for part in ElementTree.fromstring(found[unread.pop()]).iter():
+            named = file.parent / part.get("file", "")  # MuJoCo looks beside the first file, whichever includes it
+            if part.tag in INCLUDES and named.is_file() and named not in found:
+                found[named] = named.read_bytes()
+                unread.append(named)
+    return b"\0".join(found.values())
 
 
 def _is_utf8(file: Path) -> bool:
