@@ -1,9 +1,10 @@
 """The relaxed posture: the one in which the pads stand around a ball in front of the palm best.
 
-With a_i the centres of the pads, r_i their radii and w_i where they look, and a ball of radius R about s, the joints q
-and s minimise a sum of squares. The pads stand off the ball, |a_i - s| = R + r_i + gap. They look at it, w_i = -e_i
+With a_i the centres of the pads, r_i their radii and w_i where they look, and a ball of radius R about s, the joints q,
+s and R minimise a sum of squares. The pads stand off the ball, |a_i - s| = R + r_i + gap. They look at it, w_i = -e_i
 with e_i = (a_i - s) / |a_i - s|, and move to it as the fingers close. The thumb t opposes the others,
-e_t = -Σ e_i / |Σ e_i|. Other spheres are outside of the ball, pads apart, and joints near the middle of their ranges.
+e_t = -Σ e_i / |Σ e_i|. Other spheres are outside of the ball, pads apart, joints near the middle of their ranges, and
+the ball nearly as large as is asked.
 """
 
 from collections.abc import Iterator
@@ -20,9 +21,11 @@ from sgnlp.hand.kinematics import Chain as Placements
 from sgnlp.hand.kinematics import constant, placements
 
 BALL = 0.25
-"""Radius of the ball in lengths of a finger: 36 mm for an Allegro hand, an orange."""
-LEAST_BALL, LARGEST_BALL = 0.025, 0.04
-"""Its bounds [m]: the objects that these hands are made for are 5 to 8 cm wide."""
+"""Radius of the ball that is asked for, in lengths of a finger: 34 mm for an Allegro hand, an orange."""
+SMALLEST, LEAST, LARGEST = 0.01, 0.025, 0.04
+"""Least radius of the ball, and bounds of what is asked for [m]: hands are made for objects of 5 to 8 cm."""
+SMALLER = 0.01
+"""By how much [m] a ball is smaller that weighs as much as a `LENGTH`: the hand may not open wider."""
 GAP = 0.1
 """Between ball and pads, in lengths of a finger: the Allegro's relaxed posture leaves 15 mm."""
 LENGTH = 0.005
@@ -69,14 +72,14 @@ def finger_length(body: Body) -> float:
 def _searches(body: Body, thumb: int) -> Iterator[Reference]:
     model, m = body.skeleton.model, len(body.chains)
     low, high = model.lowerPositionLimit, model.upperPositionLimit
-    radius = float(np.clip(BALL * finger_length(body), LEAST_BALL, LARGEST_BALL))
+    radius = float(np.clip(BALL * finger_length(body), LEAST, LARGEST))
     misses = _misses(body, thumb, radius)
     room = ROOM * (high - low)
-    bounds = np.r_[low + room, np.full(3, -np.inf)], np.r_[high - room, np.full(3, np.inf)]
+    bounds = np.r_[low + room, np.full(3, -np.inf), SMALLEST], np.r_[high - room, np.full(3, np.inf), LARGEST]
     for joints in _starts(body):
-        begin = np.clip(np.r_[joints, body.centres(joints)[:m].mean(axis=0)], *bounds)
+        begin = np.clip(np.r_[joints, body.centres(joints)[:m].mean(axis=0), radius], *bounds)
         done = least_squares(misses.value, begin, misses.jacobian, bounds=bounds, ftol=TOLERANCE, max_nfev=STEPS)
-        yield Reference(done.x[:-3], done.x[-3:], radius, thumb, float(done.cost))
+        yield Reference(done.x[:-4], done.x[-4:-1], float(done.x[-1]), thumb, float(done.cost))
 
 
 def _starts(body: Body) -> list[Array]:
@@ -96,7 +99,7 @@ def _closing(body: Body) -> Array:
 
 @dataclass(frozen=True)
 class _Misses:
-    """The residuals (K,) and their derivatives (K, n + 3) as functions of joints and ball (n + 3,)."""
+    """The residuals (K,) and their derivatives (K, n + 4) as functions of joints, ball and its radius (n + 4,)."""
 
     function: ca.Function
 
@@ -107,10 +110,10 @@ class _Misses:
         return np.array(self.function(x)[1])
 
 
-def _misses(body: Body, thumb: int, radius: float) -> _Misses:
-    """What is to be made small, for one finger as the thumb and a ball of a radius [m]."""
+def _misses(body: Body, thumb: int, asked: float) -> _Misses:
+    """What is to be made small, for one finger as the thumb and the radius [m] that is asked for."""
     model, m = body.skeleton.model, len(body.chains)
-    q, s = ca.SX.sym("q", model.nq), ca.SX.sym("s", 3)
+    q, s, radius = ca.SX.sym("q", model.nq), ca.SX.sym("s", 3), ca.SX.sym("radius")
     chain = placements(model, ca.SX.eye(3), ca.SX(3, 1), q)
     centres = [_place(chain, joint, ball.centre) for joint, ball in body.balls]
     gap = GAP * finger_length(body)
@@ -130,7 +133,8 @@ def _misses(body: Body, thumb: int, radius: float) -> _Misses:
     rows += [_short(ca.norm_2(c - s), radius + r) / LENGTH for c, r in zip(centres[m:], body.radii[m:], strict=True)]
     low, high = model.lowerPositionLimit, model.upperPositionLimit
     rows.append(MIDDLE * (2 * q - low - high) / (high - low))
-    residuals, x = ca.vertcat(*rows), ca.vertcat(q, s)
+    rows.append((radius - asked) / SMALLER)
+    residuals, x = ca.vertcat(*rows), ca.vertcat(q, s, radius)
     return _Misses(ca.Function("misses", [x], [residuals, ca.jacobian(residuals, x)]))
 
 
@@ -144,6 +148,6 @@ def _unit(vector: ca.SX) -> ca.SX:
     return vector / ca.sqrt(ca.sumsqr(vector) + 1e-18)
 
 
-def _short(distance: ca.SX, least: float) -> ca.SX:
+def _short(distance: ca.SX, least: ca.SX | float) -> ca.SX:
     """By how much a distance [m] is less than it must be."""
     return ca.fmax(least - distance, 0)
