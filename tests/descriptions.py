@@ -26,8 +26,8 @@ MJCF = """<mujoco model="made_up">
         <joint name="wrist" axis="1 0 0" range="-30 30"/>
         <geom type="box" size="0.04 0.01 0.05" pos="0 0 0.05" contype="0" conaffinity="0" group="2"/>
         <geom type="box" size="0.05 0.02 0.06" pos="0 0 0.05" group="3"/>
-        <body name="knuckle" pos="0.03 0 0.1" euler="0 0 15" childclass="finger">
-          <inertial pos="0 0 0.02" mass="0.03" diaginertia="1e-5 9e-6 2e-6"/>
+        <body name="knuckle" pos="0.03 0 0.1" euler="5 10 15" childclass="finger">
+          <inertial pos="0 0.001 0.02" mass="0.03" fullinertia="1e-5 9e-6 4e-6 1e-6 5e-7 -8e-7"/>
           <joint name="spread" axis="1 0 0" range="-20 20"/>
           <joint name="flex" pos="0 0.002 0.01" ref="5"/>
           <geom fromto="0 0 0 0 0 0.04"/>
@@ -37,7 +37,7 @@ MJCF = """<mujoco model="made_up">
             <geom type="sphere" size="0.009" pos="0 0 0.02"/>
             <body name="nail" pos="0 -0.005 0.02" euler="90 0 0">
               <inertial pos="0 0 0" mass="0.002" diaginertia="1e-7 1e-7 1e-7"/>
-              <geom type="ellipsoid" size="0.003 0.006 0.004"/>
+              <geom type="ellipsoid" size="0.003 0.006 0.004" euler="20 0 0"/>
             </body>
           </body>
         </body>
@@ -54,7 +54,7 @@ MJCF = """<mujoco model="made_up">
       </body>
     </body>
   </worldbody>
-  <tendon><fixed name="both"><joint joint="flex" coef="1"/><joint joint="curl" coef="0.5"/></fixed></tendon>
+  <tendon><fixed name="both"><joint joint="flex" coef="1"/><joint joint="bend" coef="0.5"/></fixed></tendon>
   <actuator>
     <position name="bends" tendon="both" forcerange="-2 2"/>
     <motor name="spreads" joint="spread" gear="3" ctrlrange="-0.5 0.5"/>
@@ -72,8 +72,8 @@ URDF = f"""<robot name="made_up">
   <link name="spread_link"/>
   <link name="flex_link"/>
   <link name="knuckle">
-    <inertial><origin xyz="0 0 0.02"/><mass value="0.03"/>
-      <inertia ixx="1e-5" iyy="9e-6" izz="2e-6" ixy="0" ixz="0" iyz="0"/></inertial>
+    <inertial><origin xyz="0 0.001 0.02"/><mass value="0.03"/>
+      <inertia ixx="1e-5" iyy="9e-6" izz="4e-6" ixy="1e-6" ixz="5e-7" iyz="-8e-7"/></inertial>
     <collision><origin xyz="0 0 0.02"/><geometry><capsule radius="0.008" length="0.04"/></geometry></collision>
   </link>
   <link name="tip">
@@ -83,8 +83,12 @@ URDF = f"""<robot name="made_up">
   </link>
   <link name="nail">
     <inertial><mass value="0.002"/><inertia ixx="1e-7" iyy="1e-7" izz="1e-7" ixy="0" ixz="0" iyz="0"/></inertial>
-    <collision><origin rpy="-1.5707963267948966 0 0"/><geometry><capsule radius="0.004" length="0.004"/></geometry>
-    </collision>
+    <visual><origin rpy="-1.2217304763960306 0 0"/>
+      <geometry><cylinder radius="0.004" length="0.004"/></geometry></visual>
+    <visual><origin xyz="0 0.001879385241571817 0.0006840402866513374"/>
+      <geometry><sphere radius="0.004"/></geometry></visual>
+    <visual><origin xyz="0 -0.001879385241571817 -0.0006840402866513374"/>
+      <geometry><sphere radius="0.004"/></geometry></visual>
   </link>
   <link name="little">
     <inertial><origin xyz="0 0 0.02"/><mass value="0.02"/>
@@ -97,7 +101,7 @@ URDF = f"""<robot name="made_up">
     <collision><origin xyz="0 0 0.02"/><geometry><capsule radius="0.008" length="0.04"/></geometry></collision>
   </link>
   <joint name="spread" type="revolute"><parent link="palm"/><child link="spread_link"/>
-    <origin xyz="0.03 0 0.1" rpy="0 0 0.2617993877991494"/><axis xyz="1 0 0"/>
+    <origin xyz="0.03 0 0.1" rpy="0.08726646259971647 0.17453292519943295 0.2617993877991494"/><axis xyz="1 0 0"/>
     <limit lower="-0.3490658503988659" upper="0.3490658503988659" effort="1.5" velocity="0"/></joint>
   <joint name="flex" type="revolute"><parent link="spread_link"/><child link="flex_link"/>
     <origin xyz="0 0.002 0.01" rpy="0 {-FIVE} 0"/><axis xyz="0 1 0"/>
@@ -105,11 +109,11 @@ URDF = f"""<robot name="made_up">
   <joint name="knuckle_fixed" type="fixed"><parent link="flex_link"/><child link="knuckle"/>
     <origin xyz="0 -0.002 -0.01"/></joint>
   <joint name="curl" type="revolute"><parent link="knuckle"/><child link="tip"/><origin xyz="0 0 0.05"/>
-    <axis xyz="0 1 0"/><limit lower="-0.3490658503988659" upper="1.3962634015954636" effort="1" velocity="0"/></joint>
+    <axis xyz="0 1 0"/><limit lower="-0.3490658503988659" upper="1.3962634015954636" effort="0" velocity="0"/></joint>
   <joint name="nail_fixed" type="fixed"><parent link="tip"/><child link="nail"/>
     <origin xyz="0 -0.005 0.02" rpy="1.5707963267948966 0 0"/></joint>
   <joint name="bend" type="revolute"><parent link="palm"/><child link="little"/><origin xyz="-0.03 0 0.1"/>
-    <axis xyz="0 1 0"/><limit lower="-0.3490658503988659" upper="1.3962634015954636" effort="0" velocity="0"/></joint>
+    <axis xyz="0 1 0"/><limit lower="-0.3490658503988659" upper="1.3962634015954636" effort="1" velocity="0"/></joint>
   <joint name="push" type="prismatic"><parent link="palm"/><child link="thumb"/>
     <origin xyz="{-0.03 + 0.0024 * 0.6427876096865394} -0.0018 {0.02 - 0.0024 * 0.766044443118978}"
       rpy="0 -0.6981317007977318 0"/>

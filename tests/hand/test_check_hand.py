@@ -56,8 +56,7 @@ def test_the_chain_of_each_finger_and_what_joints_follow_is_told(tmp_path: Path)
 
 
 def test_joints_that_share_a_motor_are_to_be_coupled(tmp_path: Path):
-    tendon = ('<joint joint="curl" coef="0.5"/>', '<joint joint="bend" coef="0.5"/>')
-    found = finding(described(mjcf(tmp_path, tendon)), "shared motor")
+    found = finding(described(mjcf(tmp_path)), "shared motor")
     assert (found.verdict, found.found) == ("look", "one motor moves flex and bend")
     assert "couplings: {bend: {joint: flex, multiplier: 1, offset: 0}}" in found.valid
 

@@ -256,9 +256,14 @@ def mirrored(file: Path, root: str | None, changes: Changes) -> None:
         np.testing.assert_allclose(image.inertia, MIRROR @ inertia.inertia @ MIRROR, atol=1e-12)
 
 
-@pytest.mark.parametrize("file", [THREE / "hand.urdf", "mjcf"])
-def test_the_mirror_image_stands_mirrored(tmp_path: Path, file: Path | str):
-    mirrored(*((mjcf(tmp_path), "palm") if file == "mjcf" else (Path(file), None)), UNCHANGED)
+@pytest.mark.parametrize("kind", ["three fingers", "mjcf", "urdf"])
+def test_the_mirror_image_stands_mirrored(tmp_path: Path, kind: str):
+    files = {
+        "three fingers": (THREE / "hand.urdf", None),
+        "mjcf": (mjcf(tmp_path), "palm"),
+        "urdf": (urdf(tmp_path), None),
+    }
+    mirrored(*files[kind], UNCHANGED)
 
 
 REAL = {
