@@ -355,6 +355,12 @@ def test_a_joint_without_end_gets_limits_that_the_file_tells(tmp_path: Path):
     assert "limits:\n  f0_flex: [-1.571, 1.571]" in text(drafted, tmp_path)
 
 
+def test_the_mirror_image_of_a_hand_has_its_fingers_on_the_other_side(row_draft: Draft, tmp_path: Path):
+    hand, other = (written(one, tmp_path / "hand") for one in (row_draft, draft(row_draft.file, mirror=True)))
+    np.testing.assert_allclose(geometry.finger_bases(other), geometry.finger_bases(hand) * [1, -1, 1], atol=2e-3)
+    np.testing.assert_allclose(other.palm, hand.palm * [1, -1, 1], atol=0.05)
+
+
 def test_joints_that_mimic_others_have_no_angle_of_their_own(tmp_path: Path):
     file = radial(tmp_path)
     told = file.read_text(encoding="utf-8")
