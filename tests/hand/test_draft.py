@@ -17,11 +17,11 @@ from sgnlp.hand.check import examine
 from sgnlp.hand.draft import pairs as pairs_module
 from sgnlp.hand.draft.chains import chains
 from sgnlp.hand.draft.closing import ends, sense
-from sgnlp.hand.draft.covers import OUTSIDE, Ball, cover
+from sgnlp.hand.draft.covers import OUTSIDE, SHY, cover
 from sgnlp.hand.draft.draft import Draft, draft
-from sgnlp.hand.draft.pads import pad
+from sgnlp.hand.draft.pads import Pad, pad
 from sgnlp.hand.draft.palm import candidates
-from sgnlp.hand.draft.skeleton import Skeleton
+from sgnlp.hand.draft.skeleton import Skeleton, skin_points
 from sgnlp.hand.draft.solids import CELL, Solid
 from sgnlp.hand.draft.text import text
 from sgnlp.hand.draft.wrist import STARTS, euler_deg
@@ -193,8 +193,8 @@ def test_without_meshes_the_pad_is_at_the_tip_s_link(tmp_path: Path):
 @given(st.floats(0.004, 0.02), st.floats(0.01, 0.08), st.booleans())
 def test_spheres_leave_no_point_of_a_solid_more_than_3_mm_outside(radius: float, length: float, boxy: bool):
     mesh = box([2 * radius, 1.5 * radius, length]) if boxy else cylinder(radius, length, 24)
-    skin = np.vstack([mesh.vertices, surface_samples(mesh, 2000, np.random.default_rng(1))[0]])
-    found = cover(skin, None)
+    skin = skin_points(mesh)
+    found = cover(skin)
     again = surface_samples(mesh, 3000, np.random.default_rng(2))[0]
     centres, radii = np.array([b.centre for b in found.balls]), np.array([b.radius for b in found.balls])
     assert (cdist(skin, centres) - radii).min(axis=1).max() == pytest.approx(found.outside)
@@ -204,8 +204,7 @@ def test_spheres_leave_no_point_of_a_solid_more_than_3_mm_outside(radius: float,
 
 def test_the_excess_is_how_far_spheres_bulge_out_of_the_link():
     mesh = box([0.02, 0.02, 0.06])
-    skin = np.vstack([mesh.vertices, surface_samples(mesh, 4000, np.random.default_rng(0))[0]])
-    found = cover(skin, 0.006)
+    found = cover(skin_points(mesh), 0.006)
     bulge = max(ball.radius - (0.01 - np.abs(ball.centre[:2]).max()) for ball in found.balls)
     assert found.excess == pytest.approx(bulge, abs=2 * CELL)
     assert found.excess <= 0.006 + 2 * CELL
@@ -213,8 +212,7 @@ def test_the_excess_is_how_far_spheres_bulge_out_of_the_link():
 
 def test_the_spheres_of_a_straight_finger_are_on_its_axis_and_few():
     mesh = cylinder(0.01, 0.06, 24)
-    skin = np.vstack([mesh.vertices, surface_samples(mesh, 3000, np.random.default_rng(0))[0]])
-    found = cover(skin, 0.006)
+    found = cover(skin_points(mesh), 0.006)
     assert len(found.balls) <= 4
     for ball in found.balls:
         np.testing.assert_allclose(ball.centre[:2], 0, atol=1e-12)
@@ -222,7 +220,16 @@ def test_the_spheres_of_a_straight_finger_are_on_its_axis_and_few():
 
 def test_what_a_pad_covers_needs_no_other_sphere():
     skin = 0.01 * unit_sphere(500).vertices
-    assert cover(skin, 0.005, [Ball(np.zeros(3), 0.01)]).balls == ()
+    assert cover(skin, 0.005, Pad(np.zeros(3), 0.01, np.array([0, 0, 1.0]), None, None)).balls == ()
+
+
+def test_spheres_beside_a_pad_stay_behind_it_where_it_looks():
+    tube = surface_samples(cylinder(0.01, 0.06, 24), 3000, np.random.default_rng(0))[0]
+    skin = np.vstack([tube[tube[:, 2] < 0.0299], 0.01 * unit_sphere(500).vertices + [0, 0, 0.03]])
+    looks = np.array([1.0, 0, 1]) / np.sqrt(2)
+    one = Pad(np.array([0, 0, 0.03]), 0.01, looks, None, None)
+    end = looks @ one.centre + one.radius
+    assert max(ball.centre @ looks + ball.radius for ball in cover(skin, 0.006, one).balls) <= end - SHY[0] + 1e-9
 
 
 def test_a_shell_that_is_open_on_one_side_is_full_and_a_corner_is_not():

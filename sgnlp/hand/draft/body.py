@@ -63,20 +63,20 @@ def body(skeleton: Skeleton, chains: Sequence[Chain]) -> Body:
     """
     found = ends(skeleton, chains)
     pads = tuple(pad(skeleton, chain, end) for chain, end in zip(chains, found, strict=True))
-    given = {chain.end: (Ball(one.centre, one.radius),) for chain, one in zip(chains, pads, strict=True)}
+    at_end = {chain.end: one for chain, one in zip(chains, pads, strict=True)}
     covers: dict[int, Cover] = {}
     known: dict[bytes, Cover] = {}
     for joint in range(skeleton.model.njoints):
         if not len(skin := skeleton.skin(joint)):
             continue
-        alike = skin.tobytes() + b"".join(ball.centre.tobytes() for ball in given.get(joint, ()))
+        alike = skin.tobytes() + (at_end[joint].centre.tobytes() if joint in at_end else b"")
         if alike not in known:  # the fingers of many hands are the same
-            known[alike] = _cover(skin, joint, given.get(joint, ()))
+            known[alike] = _cover(skin, joint, at_end.get(joint))
         covers[joint] = known[alike]
     return Body(skeleton, tuple(chains), pads, covers)
 
 
-def _cover(skin: Array, joint: int, given: Sequence[Ball]) -> Cover:
+def _cover(skin: Array, joint: int, at_end: Pad | None) -> Cover:
     if joint == 0:
         return cover(skin, PALM_BULGE, on_axes=False)  # the palm's own frame moves in all six directions
-    return cover(skin, END_BULGE if given else None, given)
+    return cover(skin, END_BULGE, at_end) if at_end else cover(skin)

@@ -14,6 +14,7 @@ from scipy.spatial.distance import cdist
 
 from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.base.errors import InputError
+from sgnlp.hand.draft.pads import Pad
 from sgnlp.hand.draft.solids import CELL, Solid
 from sgnlp.perception.synthetic.meshes import unit_sphere
 
@@ -23,7 +24,7 @@ ROUNDING = 0.0001
 """What is left of it to the digits of the hand's file [m]."""
 RESERVE = 0.0003
 """How much of it is kept for the points of the skin between those that are looked at [m]."""
-POINTS, ADDED, CANDIDATES = 400, 40, 400
+POINTS, ADDED, CANDIDATES = 400, 150, 400
 """Of the skin that are looked at first, those added of what is left bare, and centres: half a second a link."""
 BULGE = 0.6
 """How far spheres may bulge, in half thicknesses of the link, if nothing is asked: 6 mm on an Allegro's finger."""
@@ -33,6 +34,9 @@ STEP = 0.002
 """Between candidates on the axes of the joint's frame [m]."""
 OFF_AXIS = 1.1
 """What a sphere costs off the axes of the joint's frame, where derivatives are less sparse, if one on them costs 1."""
+SHY = (0.008, 0.006, 0.004, 0.002, 0.0)
+"""How far spheres stay behind a pad where it looks [m]: what plans leave between links and object at contact, or the
+most that is possible. A sphere beside a broad pad would else keep it off the object."""
 GAP, NODES = 0.15, 50
 """Where the integer program ends: this near the best bound, or after so many nodes."""
 DIRECTIONS = 200
@@ -58,18 +62,21 @@ class Cover:
     """How far [m] the spheres are outside of the link at most."""
 
 
-def cover(skin: Array, bulge: float | None, given: Sequence[Ball] = (), on_axes: bool = True) -> Cover:
-    """Spheres that cover the skin (K, 3) [m] of a link beside those `given`, bulging by `bulge` [m] at most.
+def cover(skin: Array, bulge: float | None = None, pad: Pad | None = None, on_axes: bool = True) -> Cover:
+    """Spheres that cover the skin (K, 3) [m] of a link beside its pad, bulging by `bulge` [m] at most.
 
     Without one, they may bulge in proportion to the link's thickness. With `on_axes`, centres on the axes of the frame
     are preferred.
     """
     solid = Solid(skin)
     bulge = max(THIN, BULGE * solid.thickness / 2) if bulge is None else bulge
-    candidates, points, balls = _candidates(solid, bulge, on_axes), _spread(skin, POINTS), []
+    given = [Ball(pad.centre, pad.radius)] if pad else []
+    points, balls = _spread(skin, POINTS), []
     points = points[_gaps(points, given) > OUTSIDE - ROUNDING]
+    centres, radii, costs = _candidates(solid, bulge, on_axes)
+    radii = _behind(pad, points, centres, radii) if pad else radii
     while len(points):
-        balls = _chosen(points, *candidates)
+        balls = _chosen(points, centres, radii, costs)
         bare = skin[_gaps(skin, [*balls, *given]) > OUTSIDE - ROUNDING]
         if not len(bare):
             break
@@ -87,6 +94,16 @@ def _candidates(solid: Solid, bulge: float, on_axes: bool) -> tuple[Array, Array
     centres = np.vstack([lines, middles])
     costs = np.r_[np.ones(len(lines)), np.full(len(middles), OFF_AXIS if on_axes else 1.0)]
     return centres, solid.depth(centres) + bulge, costs
+
+
+def _behind(pad: Pad, points: Array, centres: Array, radii: Array) -> Array:
+    """The radii (C,) [m] with which spheres stay behind the pad where it looks, as far as still covers all points."""
+    end = pad.normal @ pad.centre + pad.radius
+    for shy in SHY:
+        less = np.minimum(radii, end - shy - centres @ pad.normal)
+        if (cdist(points, centres) <= less + OUTSIDE - RESERVE).any(axis=1).all():
+            return less
+    return radii
 
 
 def _chosen(points: Array, centres: Array, radii: Array, costs: Array) -> list[Ball]:
@@ -137,7 +154,8 @@ def _spread(points: Array, count: int) -> Array:
     """About `count` of the points, one in each cell of a grid that is as fine as that needs."""
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
     for cell in max(size, CELL) / np.geomspace(4, 200, 20):
-        _, first = np.unique(np.floor(points / cell), axis=0, return_index=True)
+        index = np.floor((points - points.min(axis=0)) / cell).astype(int)
+        _, first = np.unique(np.ravel_multi_index(tuple(index.T), tuple(index.max(axis=0) + 1)), return_index=True)
         if len(first) >= count:
             break
     return points[np.sort(first)]

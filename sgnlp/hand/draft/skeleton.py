@@ -11,9 +11,14 @@ import pinocchio as pin
 from sgnlp.base.arrays import Array
 from sgnlp.hand.geometry import surface_points
 from sgnlp.hand.meshes import link_meshes, link_places
+from sgnlp.perception.synthetic.meshes import Mesh
 
-SKIN_POINTS = 3000
-"""Points drawn from the faces of each mesh: 1 mm apart on a fingertip, 3 mm on a palm."""
+SPACING = 0.002
+"""Of the points of the skin [m]: less than what spheres may leave bare."""
+MOST_POINTS = 20_000
+"""Of a mesh's faces; enough for 400 cm² of a palm."""
+MOST_STEPS = 200
+"""Along an edge; enough for 40 cm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +63,7 @@ class Skeleton:
     def _skins(self) -> list[Array]:
         found: list[list[Array]] = [[] for _ in range(self.model.njoints)]
         for mesh, (joint, place) in zip(link_meshes(self)[0], link_places(self), strict=True):
-            found[joint].append(surface_points(mesh, SKIN_POINTS) @ place[:3, :3].T + place[:3, 3])
+            found[joint].append(skin_points(mesh) @ place[:3, :3].T + place[:3, 3])
         return [np.vstack(points) if points else np.zeros((0, 3)) for points in found]
 
     def range(self, joint: int) -> tuple[float, float]:
@@ -86,3 +91,17 @@ class Skeleton:
         data = model.joints[joint].createData()
         model.joints[joint].calc(data, np.zeros(model.nq))
         return bool(np.asarray(data.S).ravel()[3:].any())
+
+
+def skin_points(mesh: Mesh) -> Array:
+    """Points (K, 3) [m] on a mesh: its vertices, points along long edges, and points drawn evenly from its faces."""
+    a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
+    area = float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
+    drawn = surface_points(mesh, int(min(2 * area / SPACING**2, MOST_POINTS)))
+    begin, edge = np.vstack([a, b, c]), np.vstack([b - a, c - b, a - c])
+    steps = np.minimum(np.linalg.norm(edge, axis=1) // SPACING, MOST_STEPS)
+    shares = [
+        np.linspace(0, 1, int(count) + 1, endpoint=False)[1:, None, None] for count in range(int(steps.max()) + 1)
+    ]
+    along = [(begin[steps == i] + share * edge[steps == i]).reshape(-1, 3) for i, share in enumerate(shares)]
+    return np.vstack([drawn, *along])
