@@ -46,6 +46,7 @@ from sgnlp.show.scene_parts import (
     OBJECT,
     OBSTACLES,
     SPRINGS,
+    STARTS,
     SURFACE,
     TOUCH,
     Scene,
@@ -175,7 +176,16 @@ def test_labels_stand_beside_hand_and_object_in_order_and_apart(shown):
 
 def test_every_symbol_has_a_line_in_the_legend_and_every_layer_its_box(shown):
     assert {entry.layer for entry in LEGEND} == set(LAYERS)
-    others = (FRAMES, OBJECT, FORCES, ARM, OBSTACLES, AVOID, TOUCH)  # of check-hand, simulations, arms, surroundings
+    others = (
+        FRAMES,
+        STARTS,
+        OBJECT,
+        FORCES,
+        ARM,
+        OBSTACLES,
+        AVOID,
+        TOUCH,
+    )  # of check-hand, simulations, arms, surroundings
     there = tuple(entry for entry in LEGEND if entry.layer not in others)
     assert shown.layers == tuple(layer for layer in LAYERS if layer not in others)
     assert shown.legend == there
