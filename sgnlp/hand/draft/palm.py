@@ -1,7 +1,5 @@
 """The palm: the deepest link from which three or more chains of moving joints branch off."""
 
-import pinocchio as pin
-
 from sgnlp.base.errors import InputError
 from sgnlp.hand.draft.skeleton import Skeleton
 from sgnlp.hand.hand_file import MIN_FINGERS
@@ -43,18 +41,3 @@ def _over(skeleton: Skeleton, link: int) -> set[int]:
     while frame := skeleton.model.frames[frame].parentFrame:
         found.add(frame)
     return found
-
-
-def check_palm(skeleton: Skeleton, name: str) -> None:
-    """Refuse a link below which there are fewer than three chains.
-
-    Raises:
-        InputError: the chains are fewer.
-    """
-    frame = skeleton.model.getFrameId(name, pin.FrameType.BODY)
-    chains = sum(frame in skeleton.above(end) for end in skeleton.ends)
-    if chains < MIN_FINGERS:
-        valid = ", ".join(f"'{link}'" for link in candidates(skeleton)) or "none of this file"
-        raise InputError(
-            f"{chains} chains of moving joints below --palm '{name}'; a hand has three or more; try {valid}"
-        )
