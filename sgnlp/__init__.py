@@ -22,7 +22,7 @@ from sgnlp.planning.motion.trajectory import Trajectory
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.results import load_grasps
 from sgnlp.planning.shape_files import load_shapes, painted
-from sgnlp.planning.solve import solve
+from sgnlp.planning.solve import improve, solve
 from sgnlp.planning.solvers.ipopt import Ipopt
 from sgnlp.planning.solvers.solver import Answer, NlpInstance, Solver
 from sgnlp.program.constraint import Constraint
@@ -56,6 +56,7 @@ __all__ = [
     "constraints",
     "extension",
     "from_depth",
+    "improve",
     "load",
     "load_grasps",
     "load_hand",

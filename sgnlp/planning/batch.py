@@ -19,6 +19,7 @@ from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand, told
 from sgnlp.perception.observation import PLAIN, Observation, Reading, load
 from sgnlp.planning import results
+from sgnlp.planning.ending import Ending
 from sgnlp.planning.extension import Extension
 from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.solve import solve
@@ -41,6 +42,7 @@ class Task:
     count: int = 7
     seed: int = 0
     timeout: float = 60.0
+    ending: Ending = field(default_factory=Ending)
     solver: str | None = None
     reading: Reading = PLAIN
     extension: Extension | None = None
@@ -135,6 +137,7 @@ def plan(task: Task, file: Path) -> Planned:
     with one_at_a_time():
         hand = task.robot
         options = {"count": task.count, "seed": task.seed, "timeout": task.timeout, "solver": task.solver}
+        options |= asdict(task.ending)
         around = dict(task.surroundings.kinds())
         found = solve(task.load(file), hand, task.settings, jobs=1, extension=task.extension, **around, **options)  # type: ignore[arg-type]
         return found.arrays(), found.summary(), found.histories(), found.motion_files()
@@ -183,7 +186,7 @@ def _expected(task: Task) -> dict[str, Any]:
     added = {"file": task.extension.file, "sha256": task.extension.digest} if task.extension else None
     own = task.extension.additions().solver if task.extension else None
     solver = settled(task.solver or own, task.settings.solver)
-    made |= {"timeout": task.timeout, "extension": added, "solver": solver.told()}
+    made |= {"timeout": task.timeout, **asdict(task.ending), "extension": added, "solver": solver.told()}
     return json.loads(json.dumps(made | {"surroundings": task.surroundings.plain()}))
 
 
@@ -195,6 +198,6 @@ def _known(folder: Path, expected: dict[str, Any]) -> Grasps | None:
     except InputError:
         return None
     if len(grasps) == expected["starts"]:  # no start was stopped, so that their limit does not matter
-        expected = {key: value for key, value in expected.items() if key != "timeout"}
+        expected = {key: value for key, value in expected.items() if key not in ("timeout", *asdict(Ending()))}
     same = all(grasps.meta.get(key) == value for key, value in expected.items())
     return grasps if same and len(grasps) else None

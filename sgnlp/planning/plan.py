@@ -14,6 +14,7 @@ from sgnlp.perception.observation import Observation
 from sgnlp.planning import results
 from sgnlp.planning.cautions import cautions
 from sgnlp.planning.cautions.planned import Planned
+from sgnlp.planning.ending import Ending
 from sgnlp.planning.environment import kinematics_backend, machine, surface_backend, versions
 from sgnlp.planning.extension import Extension
 from sgnlp.planning.grasps import Grasps, stack
@@ -48,6 +49,7 @@ class Plan:
     extension: Extension | None = None
     solver: Solver = field(default_factory=Ipopt)
     given: Surroundings = NOWHERE  # what the user told of, beside what the observation has seen
+    ending: Ending = field(default_factory=Ending)
 
     @property
     def tolerance(self) -> float:
@@ -85,6 +87,7 @@ class Plan:
             "seed": self.seed,
             "starts": len(self.solutions) + len(self.failures),
             "timeout": self.timeout,
+            **asdict(self.ending),
             "versions": versions(),
             "kinematics": kinematics_backend(),
             "formulation": self.problem.formulation.name,

@@ -26,6 +26,7 @@ from sgnlp.cli import codes, run
 from sgnlp.perception.observation import Reading
 from sgnlp.planning import results
 from sgnlp.planning.batch import Row, Task, batch, plan
+from sgnlp.planning.ending import ENOUGH, Ending
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.solvers import settled
 
@@ -49,12 +50,12 @@ def solved(monkeypatch) -> list[str]:
     """The names that are solved, by a solver that gives the plan of the shared scene or fails by the name."""
     names = []
 
-    def fake(seen, hand, settings, *, count, seed, jobs, timeout, solver, extension, **around):
+    def fake(seen, hand, settings, *, count, seed, jobs, timeout, first, deadline, solver, extension, **around):
         names.append(seen.name)
         if "broken" in seen.name:
             raise RuntimeError("CasADi says [no]\nand more")
         given = {"seed": seed, "jobs": jobs, "timeout": timeout, "solver": settled(solver, settings.solver)}
-        plan = replace(small_plan(), observation=seen, **given)
+        plan = replace(small_plan(), observation=seen, ending=Ending(first, deadline), **given)
         if "stopped" in seen.name:
             return replace(
                 plan, solutions=(), failures=tuple(Failure(i, f"stopped after {timeout:g} s") for i in (0, 1))
@@ -262,6 +263,17 @@ def test_another_limit_matters_only_where_a_start_was_stopped(solved, monkeypatc
     rows([cloud("two", 1)])
     assert rows([Path("two.npz")])["two.npz"].reused
     assert not rows([Path("two.npz")], timeout=5.0)["two.npz"].reused
+
+
+def test_a_plan_that_ended_early_is_not_taken_for_a_whole_one(solved):
+    rows([cloud("one")], ending=Ending(first=1))
+    assert rows([Path("one.npz")], ending=Ending(first=1))["one.npz"].reused
+    assert rows([Path("one.npz")])["one.npz"].reused  # for all of its starts had ended
+    early = replace(small_plan(), solutions=small_plan().solutions[:1], failures=(Failure(1, ENOUGH),))
+    early = replace(early, observation=task().load(cloud("two", 1)), ending=Ending(first=1))
+    results.save(early.arrays(), early.summary(), Path("results/two"))
+    assert rows([Path("two.npz")], ending=Ending(first=1))["two.npz"].reused
+    assert not rows([Path("two.npz")])["two.npz"].reused
 
 
 def test_the_result_of_solve_is_taken_over(solved):
