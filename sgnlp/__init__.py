@@ -20,6 +20,7 @@ from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.motion.files import load_trajectory
 from sgnlp.planning.motion.trajectory import Trajectory
 from sgnlp.planning.plan import Plan
+from sgnlp.planning.replan import Touch, replan
 from sgnlp.planning.results import load_grasps
 from sgnlp.planning.shape_files import load_shapes, painted
 from sgnlp.planning.solve import improve, solve
@@ -52,6 +53,7 @@ __all__ = [
     "Shape",
     "Solver",
     "Term",
+    "Touch",
     "Trajectory",
     "constraints",
     "extension",
@@ -65,6 +67,7 @@ __all__ = [
     "observe",
     "painted",
     "preset",
+    "replan",
     "segment",
     "simulate",
     "solve",

@@ -50,6 +50,8 @@ class Plan:
     solver: Solver = field(default_factory=Ipopt)
     given: Surroundings = NOWHERE  # what the user told of, beside what the observation has seen
     ending: Ending = field(default_factory=Ending)
+    count: int = 0  # of the starts that were asked for
+    replanned: str = ""  # "moved" or "fitted" of a plan carried over from another one: its surface was
 
     @property
     def tolerance(self) -> float:
@@ -88,6 +90,7 @@ class Plan:
             "starts": len(self.solutions) + len(self.failures),
             "timeout": self.timeout,
             **asdict(self.ending),
+            "replanned": self.replanned,
             "versions": versions(),
             "kinematics": kinematics_backend(),
             "formulation": self.problem.formulation.name,

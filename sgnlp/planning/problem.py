@@ -31,6 +31,8 @@ from sgnlp.surface.training import training_set
 
 Array = NDArray[np.float64]
 
+Known = tuple[Gpis, Array]
+"""A surface, and the centre of mass (3,) [m] that it has."""
 LEAST_C = 0.1
 """Least c of a finger that has its own: at 0 a finger touches at its target and presses with nothing."""
 UNSEEN = 0.02
@@ -57,6 +59,7 @@ class Problem:
     formulation: Formulation
     thing: Shape  # a box around the observed points
     surroundings: Surroundings = NOWHERE
+    additions: Additions = NOTHING
 
     @property
     def around(self) -> Around:
@@ -188,31 +191,38 @@ def build_problem(
     seed: int = 0,
     additions: Additions = NOTHING,
     surroundings: Surroundings = NOWHERE,
+    known: Known | None = None,
 ) -> Problem:
-    """Fit the surface of an observation and put together the problem of grasping it among its surroundings.
+    """Fit the surface of an observation, unless it is known, and put together the problem of grasping it.
 
-    What the observation itself has seen around the object is put into shapes and added to these.
+    What the observation itself has seen around the object is put into shapes and added to these surroundings.
     """
     hand = load_hand(hand, settings.spheres) if isinstance(hand, str) else hand
-    with threadpool_limits(1):  # the bits of a factorisation depend on the number of threads
-        gpis = fit(training_set(observation, settings.gpis, seed, additions.kernel, settings.free_space))
+    box = np.stack([observation.points.min(axis=0), observation.points.max(axis=0)])
+    gpis, com = known or _known(observation, settings, seed, additions, box)
     surroundings.check(observation)
     surroundings = surroundings.and_seen(observation)
     around = surroundings.around(settings, hand.arm is not None)
-    box = np.stack([observation.points.min(axis=0), observation.points.max(axis=0)])
     return Problem(
         hand=hand,
         gpis=gpis,
         settings=settings,
         box=box,
         table_height=observation.table_height,
-        com=_centre_of_mass(gpis, box, observation.table_height),
+        com=com,
         terms=additions.all_terms(settings, around),
         constraints=additions.all_constraints(settings if gpis.free_space else _with_reserve(settings), around),
         formulation=additions.chosen(settings),
         thing=upright_box(observation.points, observation.table_height, "object"),
         surroundings=surroundings,
+        additions=additions,
     )
+
+
+def _known(observation: Observation, settings: Settings, seed: int, additions: Additions, box: Array) -> Known:
+    with threadpool_limits(1):  # the bits of a factorisation depend on the number of threads
+        gpis = fit(training_set(observation, settings.gpis, seed, additions.kernel, settings.free_space))
+    return gpis, _centre_of_mass(gpis, box, observation.table_height)
 
 
 def _with_reserve(settings: Settings) -> Settings:

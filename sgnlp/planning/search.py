@@ -18,6 +18,7 @@ from sgnlp.planning.solvers.solver import Solver
 from sgnlp.planning.starts import Start
 
 Result = Solution | Failure
+Found = tuple[Problem, tuple[Solution, ...], tuple[Failure, ...]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,9 +61,7 @@ class Search:
         finally:
             ended.close()
 
-    def found(
-        self, results: Iterable[Result], known: Iterable[Result] = ()
-    ) -> tuple[Problem, tuple[Solution, ...], tuple[Failure, ...]]:
+    def found(self, results: Iterable[Result], known: Iterable[Result] = ()) -> Found:
         """The problem where it stands, the solutions there, best first, and the starts that gave none.
 
         `known` results stand there already.

@@ -3,9 +3,10 @@
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import inf
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
@@ -18,9 +19,9 @@ from sgnlp.planning.extension import Extension
 from sgnlp.planning.faraway import moved_cloud, moved_hand, moved_problem, origin
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.pool import Failure
-from sgnlp.planning.problem import build_problem
+from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.planning.reach import OUT_OF_REACH
-from sgnlp.planning.search import Result, Search
+from sgnlp.planning.search import Found, Result, Search
 from sgnlp.planning.solvers import settled, solver_named
 from sgnlp.planning.solvers.solver import Solver
 from sgnlp.planning.surroundings import Surroundings
@@ -28,6 +29,39 @@ from sgnlp.program.constraint import Constraint
 from sgnlp.program.formulation import Formulation
 from sgnlp.program.terms import Term
 from sgnlp.surface.kernel import Kernel
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a plan is asked for, of whatever cloud: the arguments of `solve`, put together."""
+
+    hand: Hand
+    settings: Settings
+    given: Surroundings
+    additions: Additions
+    extension: Extension | None
+    count: int
+    seed: int
+    jobs: int
+    timeout: float
+    ending: Ending
+
+    def plan(self, seen: Observation, found: Found, seconds: dict[str, float], solver: Solver, how: str = "") -> Plan:
+        """What was found of it; `how` is what `Plan.replanned` says."""
+        return Plan(
+            seen,
+            *found,
+            self.seed,
+            self.jobs,
+            self.timeout,
+            seconds,
+            self.extension,
+            solver,
+            self.given,
+            self.ending,
+            self.count,
+            how,
+        )
 
 
 def solve(
@@ -86,32 +120,50 @@ def solve(
     """
     if min(count, jobs) < 1 or not timeout > 0 or seed < 0:
         raise InputError(f"count {count}, jobs {jobs}, timeout {timeout:g} must be positive, seed {seed} not negative")
-    begin, ending = time.perf_counter(), Ending(first, deadline)
     solver = solver_named(solver) if isinstance(solver, str) else solver
     without = tuple(without_terms), tuple(without_constraints)
     additions = Additions(tuple(terms), tuple(constraints), *without, formulation, solver, kernel)
     additions = additions.and_of(extension.additions()) if extension else additions
     hand = load_hand(hand, settings.spheres) if isinstance(hand, str) else hand
     given = Surroundings(tuple(obstacles), tuple(avoid), tuple(touch))
-    middle = origin(observation)
-    near = moved_cloud(observation, -middle), moved_hand(hand, -middle), given.moved(-middle)
-    far = bool(middle.any())
-    cloud, hand, around = near if far else (observation, hand, given)
-    problem = build_problem(cloud, hand, settings, seed, additions, around)
-    chosen = settled(additions.solver, settings.solver)
-    search = Search(problem, cloud, middle, chosen, count, seed, jobs, timeout)
-    fitted = time.perf_counter()
+    asked = Asked(hand, settings, given, additions, extension, count, seed, jobs, timeout, Ending(first, deadline))
+    return planned(observation, asked, progress)
+
+
+def planned(observation: Observation, asked: Asked, progress: Callable[[Result], None] = lambda result: None) -> Plan:
+    """The plan that is asked for, made near the origin."""
+    begin, middle = time.perf_counter(), origin(observation)
+    cloud, hand, given = observation, asked.hand, asked.given
+    if middle.any():
+        cloud, hand, given = moved_cloud(cloud, -middle), moved_hand(hand, -middle), given.moved(-middle)
+    problem = build_problem(cloud, hand, asked.settings, asked.seed, asked.additions, given)
+    return searched(observation, (problem, cloud, middle), asked, begin, progress)
+
+
+def searched(
+    observation: Observation,
+    near: tuple[Problem, Observation, Array],
+    asked: Asked,
+    begin: float,
+    progress: Callable[[Result], None] = lambda result: None,
+) -> Plan:
+    """The plan of a problem that was begun to be posed at `begin` [s].
+
+    `near` has the problem and its cloud, both moved by -middle, and the middle (3,) [m].
+    """
+    solver = settled(asked.additions.solver, asked.settings.solver)
+    search = Search(*near, solver, asked.count, asked.seed, asked.jobs, asked.timeout)
+    fitted, deadline = time.perf_counter(), asked.ending.deadline
     results: list[Result] = []
     with closing(search.results(until=inf if deadline is None else begin + deadline)) as ended:
         for result in ended:
             progress(result)
             results.append(result)
-            if kept := ending.kept(results, search.order):
+            if kept := asked.ending.kept(results, search.order):
                 results = kept
                 break
-    found = search.found(results)
     seconds = {"fit": fitted - begin, "solve": time.perf_counter() - fitted}
-    return Plan(observation, *found, seed, jobs, timeout, seconds, extension, chosen, given, ending)
+    return asked.plan(observation, search.found(results), seconds, solver)
 
 
 def improve(plan: Plan, count: int = 0) -> Iterator[Plan]:
@@ -130,7 +182,7 @@ def improve(plan: Plan, count: int = 0) -> Iterator[Plan]:
     if count < 0:
         raise InputError(f"count {count} must not be negative")
     begin, middle = time.perf_counter() - plan.seconds["solve"], origin(plan.observation)
-    far, count = bool(middle.any()), max(count, len(plan.solutions) + len(plan.failures))
+    far, count = bool(middle.any()), max(count, plan.count)
     problem = moved_problem(plan.problem, -middle) if far else plan.problem
     cloud = moved_cloud(plan.observation, -middle) if far else plan.observation
     search = Search(problem, cloud, middle, plan.solver, count, plan.seed, plan.jobs, plan.timeout)
@@ -147,5 +199,5 @@ def improve(plan: Plan, count: int = 0) -> Iterator[Plan]:
             waiting = [Failure(index, reason) for index, reason in left.items()]
             _, solutions, failures = search.found(results, [*known, *waiting])
             seconds = plan.seconds | {"solve": time.perf_counter() - begin}
-            ending = plan.ending if left else Ending()
-            yield replace(plan, solutions=solutions, failures=failures, seconds=seconds, ending=ending)
+            now = replace(plan, solutions=solutions, failures=failures, seconds=seconds)
+            yield replace(now, ending=plan.ending if left else Ending(), count=count)
