@@ -52,12 +52,12 @@ class Iterate:
     p: Array
     objective: float
     kkt: Kkt
-    multipliers: Multipliers | None
     status: str
     iterations: int
     seconds: float
     history: History
     violations: tuple[Violation, ...] = ()
+    multipliers: Multipliers | None = None
 
 
 @dataclass(frozen=True, eq=False)
