@@ -1,6 +1,6 @@
 """Ipopt (Wächter & Biegler 2006) on the exact derivatives of a program."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import casadi as ca
@@ -34,7 +34,7 @@ class Ipopt(CasadiSolver):
     mu_strategy: str | None = None
     mu_init: float | None = None
     barrier_tolerance: float | None = None
-    warm_start: bool = False
+    warm_start: bool = field(default=False, repr=False)
     """begin with the multipliers that are given, and with a small barrier"""
 
     @property
