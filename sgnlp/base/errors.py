@@ -10,6 +10,22 @@ class SgnlpError(Exception):
 class InputError(SgnlpError):
     """An input (file, array, name or setting) is wrong. The command line ends with exit code 3."""
 
+    def within(self, place: str) -> "InputError":
+        """The same error, with the place that it is from before its message."""
+        return InputError(f"{place}: {self}")
+
+
+class NotInstalledError(InputError):
+    """What an input needs is not installed; `command` brings it, if it is known."""
+
+    def __init__(self, message: str, command: str = "") -> None:
+        super().__init__(message)
+        self.command = command
+
+    def within(self, place: str) -> "NotInstalledError":
+        """The same error, with the place that it is from before its message."""
+        return NotInstalledError(f"{place}: {self}", self.command)
+
 
 class SolverError(SgnlpError):
     """A solver, compiler or worker process failed in a way that is not the input's fault."""

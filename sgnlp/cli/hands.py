@@ -4,15 +4,15 @@ from dataclasses import dataclass
 
 from rich.console import Console
 
-from sgnlp.hand.hand import available_hands, load_hand
+from sgnlp.hand.listing import listed_hands
 from sgnlp.show import tables
 
 
 @dataclass
 class Hands:
-    """List the hands that come with the package."""
+    """List the hands that come with the package, and how to install what one still needs."""
 
     def run(self, console: Console) -> int:
         """One row a hand."""
-        console.print(tables.hands_table([load_hand(name) for name in available_hands()]))
+        console.print(tables.hands_table(listed_hands()))
         return 0

@@ -16,9 +16,10 @@ import pinocchio as pin
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.hand import arm_file, hand_file, library
+from sgnlp.hand.description import description
+from sgnlp.hand.description.source import source_file
 from sgnlp.hand.hand_file import Sphere
-from sgnlp.hand.model import coordinates, joint_model, own_joints, places, urdf_file
-from sgnlp.hand.urdf_checks import description
+from sgnlp.hand.model import coordinates, joint_model, own_joints, places
 from sgnlp.hand.yaml_nodes import numbers, word
 
 ARM_FILE = "arm.yaml"
@@ -33,7 +34,7 @@ class Arm:
     name: str
     urdf: Path
     description: str
-    """The URDF of what counts, by `sgnlp.hand.urdf_checks` and `arm_file.chain`: no gripper, nothing on the flange."""
+    """The URDF of what counts, by `sgnlp.hand.description` and `arm_file.chain`: no gripper, nothing on the flange."""
     model: pin.Model
     """The joints with the root link fixed at the origin."""
     root: str
@@ -82,7 +83,7 @@ def load_arm(name_or_folder: str | Path) -> Arm:
     try:
         return _loaded(file, hand_file.text(file))
     except InputError as error:
-        raise InputError(f"{file.parent.name}/{file.name}: {error}") from None
+        raise error.within(f"{file.parent.name}/{file.name}") from None
 
 
 def with_base(arm: Arm, pose: Array) -> Arm:
@@ -120,16 +121,16 @@ def with_mount(arm: Arm, hand: str) -> Arm:
 @functools.lru_cache(maxsize=16)
 def _loaded(file: Path, text: str) -> Arm:
     """The same text gives the same arm."""
-    arm = _build(file, hand_file.entries(text, arm_file.KEYS), text)
+    arm = _build(file, hand_file.entries(text, arm_file.KEYS, ()), text)
     _check_home(arm)
     return arm
 
 
 def _build(file: Path, data: dict[str, Any], text: str) -> Arm:
-    urdf = urdf_file(data["urdf"], file.parent)
-    flange = word(data["flange"], "flange")
-    described = arm_file.chain(description(urdf), flange)
-    model = joint_model(described, data["root"])
+    urdf = source_file(data["urdf"], file.parent)
+    root, flange = word(data["root"], "root"), word(data["flange"], "flange")
+    described = arm_file.chain(description(urdf, root), flange)
+    model = joint_model(described)
     names = own_joints(model)
     lower, upper = (
         numbers(ends, (len(names),), "limits") for ends in (model.lowerPositionLimit, model.upperPositionLimit)
@@ -140,7 +141,7 @@ def _build(file: Path, data: dict[str, Any], text: str) -> Arm:
         urdf=urdf,
         description=described,
         model=model,
-        root=data["root"],
+        root=root,
         joint_names=names,
         lower=lower,
         upper=upper,

@@ -6,6 +6,7 @@ from typing import Any
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
+from sgnlp.hand.description.tree import end
 from sgnlp.hand.hand_file import POSE_KEYS, pose
 from sgnlp.hand.yaml_nodes import any_mapping, frozen, positive, unknown_name
 
@@ -24,31 +25,24 @@ def chain(description: str, flange: str) -> str:
     """
     robot = ElementTree.fromstring(description)
     links = {link.get("name", ""): link for link in robot.findall("link")}
-    joints = {_end(joint, "child"): joint for joint in robot.findall("joint")}
+    joints = {end(joint, "child"): joint for joint in robot.findall("joint")}
     if flange not in links:
         raise unknown_name("flange", flange, links)
     way = [flange]
     while way[-1] in joints:
-        way.append(_end(joints[way[-1]], "parent"))
+        way.append(end(joints[way[-1]], "parent"))
     _check_way([joints[link] for link in way[:-1]], flange)
 
     def stays(link: str) -> bool:
         if link in way:
             return True
         joint = joints[link]
-        return joint.get("type") == "fixed" and _end(joint, "parent") != flange and stays(_end(joint, "parent"))
+        return joint.get("type") == "fixed" and end(joint, "parent") != flange and stays(end(joint, "parent"))
 
     for link in [link for link in links if not stays(link)]:
         robot.remove(links[link])
         robot.remove(joints[link])
     return ElementTree.tostring(robot, encoding="unicode")
-
-
-def _end(joint: ElementTree.Element, which: str) -> str:
-    """The link at an end of a joint, "parent" or "child"; every joint of a description has both."""
-    element = joint.find(which)
-    assert element is not None
-    return element.get("link", "")
 
 
 def _check_way(way: Sequence[ElementTree.Element], flange: str) -> None:

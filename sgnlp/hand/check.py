@@ -15,11 +15,12 @@ import pinocchio as pin
 
 from sgnlp.base.errors import InputError
 from sgnlp.hand import hand_file
+from sgnlp.hand.description import Changes, description
+from sgnlp.hand.description.source import source_file
 from sgnlp.hand.findings import Finding, found_of, span
 from sgnlp.hand.hand import HAND_FILE, Hand, load_hand
-from sgnlp.hand.model import joint_model, mimics, own_joints, urdf_file
-from sgnlp.hand.urdf_checks import description
-from sgnlp.hand.yaml_nodes import any_mapping, frozen, sequence
+from sgnlp.hand.model import joint_model, mimics, own_joints
+from sgnlp.hand.yaml_nodes import any_mapping, frozen, sequence, word
 
 Part = TypeVar("Part")
 
@@ -81,15 +82,21 @@ class _Reading:
             return
         self.part("wrist", "a start or more", lambda: hand_file.wrist_starts(data["wrist"]), _count("starts"))
         place = "a file beside this one, or the path of one in a package"
-        urdf = self.part("URDF", place, lambda: urdf_file(data["urdf"], self.folder), lambda u: u.name)
-        valid = "a tree of links, finite numbers, meshes that are there"
-        described = urdf and self.part(
-            "links", valid, lambda: description(urdf), lambda d: f"{d.count('<link ')} links"
+        urdf = self.part("URDF", place, lambda: source_file(data["urdf"], self.folder), lambda u: u.name)
+        valid = "a tree of links, among them the root, finite numbers, meshes that are there"
+        changes = self.part("changes", ", ".join(hand_file.OPTIONAL), lambda: hand_file.changes(data), _changes)
+        if urdf is None or changes is None:
+            return
+        described = self.part(
+            "links",
+            valid,
+            lambda: description(urdf, word(data["root"], "root"), changes),
+            lambda d: f"{d.count('<link ')} links from '{data['root']}' on",
         )
         model = described and self.part(
             "joints",
-            "the root link as named, limits that leave those of mimic joints",
-            lambda: joint_model(described, data["root"]),
+            "limits that leave those of mimic joints",
+            lambda: joint_model(described),
             lambda m: f"{len(own_joints(m))} under '{data['root']}', {len(mimics(m))} more mimic one of them",
         )
         if model:
@@ -131,6 +138,11 @@ class _Reading:
 
 def _count(kind: str) -> Callable[[Sized], str]:
     return lambda things: f"{len(things)} {kind}"
+
+
+def _changes(found: Changes) -> str:
+    told = [f"{len(found.limits)} limits", f"{len(found.couplings)} couplings", *(["mirrored"] if found.mirror else [])]
+    return ", ".join(told)
 
 
 def _preset(found: hand_file.SphereSet) -> str:

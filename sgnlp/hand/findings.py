@@ -1,6 +1,6 @@
 """What is found about a hand whose file can be read: its joints, tips, starts, spheres and kinematics."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Literal
@@ -10,6 +10,7 @@ import numpy as np
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.hand import geometry
+from sgnlp.hand.description.mjcf_motors import shared_motors
 from sgnlp.hand.hand import Hand
 
 Verdict = Literal["ok", "look", "wrong"]
@@ -46,7 +47,7 @@ class Finding:
 
 def found_of(hand: Hand) -> list[Finding]:
     """All findings about a hand."""
-    measures = (_joint_findings, _tip_findings, _start_findings, _cover_findings, _kinematics_findings)
+    measures = (_joint_findings, _motor_findings, _tip_findings, _start_findings, _cover_findings, _kinematics_findings)
     return [finding for measure in measures for finding in measure(hand)]
 
 
@@ -111,6 +112,16 @@ def _order_finding(hand: Hand) -> list[Finding]:
     if thumb is not None and standing[0] != row[0]:
         told = f"'{row[0]}' is not beside the thumb: {told}"
     return [_finding(standing == row, "look", "order of the fingers", told, ", ".join(row))]
+
+
+def _motor_findings(hand: Hand) -> Iterator[Finding]:
+    """Joints of their own that one motor moves: a plan would give them angles that it cannot hold."""
+    for joints in shared_motors(hand.urdf):
+        free = [name for name in joints if name in hand.joint_names]
+        if len(free) > 1:
+            law = f"{{{free[1]}: {{joint: {free[0]}, multiplier: 1, offset: 0}}}}"
+            valid = f"one of them follows the other, in the hand's file: couplings: {law}"
+            yield Finding("look", "shared motor", f"one motor moves {' and '.join(free)}", valid)
 
 
 def _tip_findings(hand: Hand) -> list[Finding]:

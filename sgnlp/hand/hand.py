@@ -18,9 +18,11 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.hand import hand_file, library
 from sgnlp.hand.arm import Arm, available_arms, base_pose, load_arm, with_base, with_mount
+from sgnlp.hand.description import description
+from sgnlp.hand.description.source import source_file
+from sgnlp.hand.description.xml_file import content
 from sgnlp.hand.hand_file import Finger, Sphere, WristStart
-from sgnlp.hand.model import Mimic, joint_model, mimics, own_joints, urdf_file
-from sgnlp.hand.urdf_checks import description
+from sgnlp.hand.model import Mimic, joint_model, mimics, own_joints
 from sgnlp.hand.yaml_nodes import frozen, word
 
 HAND_FILE = "hand.yaml"
@@ -32,8 +34,9 @@ class Hand:
 
     name: str
     urdf: Path
+    """The file that describes it, a URDF or an MJCF."""
     description: str
-    """The URDF as Pinocchio and MuJoCo read it, by `sgnlp.hand.urdf_checks`."""
+    """The hand from the root on, as a URDF that Pinocchio and MuJoCo read, by `sgnlp.hand.description`."""
     model: pin.Model
     """The tree of joints with the root link fixed at the origin (no free flyer)."""
     root: str
@@ -57,7 +60,7 @@ class Hand:
     gain_upper: Array  # (m,) [N/m]
     gain_initial: Array  # (m,) [N/m]
     digest: str
-    """SHA-256 of the description, the URDF, the preset of spheres and, if it is on an arm, the arm's digest."""
+    """SHA-256 of the hand's file, of what describes it, the preset of spheres and, on an arm, the arm's digest."""
     arm: Arm | None = None
     """What carries the hand; None for a wrist that is free."""
 
@@ -93,13 +96,13 @@ def load_hand(
     file says: x y z [m], these and intrinsic XYZ angles [deg], or these and a quaternion x y z w.
 
     Raises `InputError`, in one line, for an unknown hand, preset, key, link or joint and for values that contradict
-    each other or the URDF.
+    each other or the description.
     """
     file = library.find("hand", name_or_folder, HAND_FILE)
     try:
         hand = _loaded(file, hand_file.text(file), spheres)
     except InputError as error:
-        raise InputError(f"{file.parent.name}/{file.name}: {error}") from None
+        raise error.within(f"{file.parent.name}/{file.name}") from None
     if arm is None and len(arm_base):
         raise InputError("the base of an arm is given, but no arm")
     return hand if arm is None else _carried(hand, load_arm(arm), tuple(arm_base))
@@ -144,9 +147,10 @@ def _loaded(file: Path, text: str, preset: str) -> Hand:
 
 
 def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
-    urdf = urdf_file(data["urdf"], file.parent)
-    described = description(urdf)
-    model = joint_model(described, data["root"])
+    urdf = source_file(data["urdf"], file.parent)
+    root = word(data["root"], "root")
+    described = description(urdf, root, hand_file.changes(data))
+    model = joint_model(described)
     names = own_joints(model)
     fingers = hand_file.fingers(data["fingers"], model)
     finger_names = [finger.name for finger in fingers]
@@ -158,7 +162,7 @@ def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
         urdf=urdf,
         description=described,
         model=model,
-        root=data["root"],
+        root=root,
         joint_names=names,
         mimics=mimics(model),
         lower=lower,
@@ -174,5 +178,5 @@ def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
         gain_lower=gain_lower,
         gain_upper=gain_upper,
         gain_initial=gain_initial,
-        digest=hashlib.sha256(b"\0".join([text.encode(), urdf.read_bytes(), preset.encode()])).hexdigest(),
+        digest=hashlib.sha256(b"\0".join([text.encode(), content(urdf), preset.encode()])).hexdigest(),
     )

@@ -1,6 +1,6 @@
 """The parts of a hand's file `hand.yaml`, each read and checked on its own. Its keys are in `urdf/README.md`."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
@@ -12,6 +12,7 @@ import yaml
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError, unknown
+from sgnlp.hand.description import Changes
 from sgnlp.hand.model import coordinates, link
 from sgnlp.hand.yaml_nodes import (
     any_mapping,
@@ -26,6 +27,8 @@ from sgnlp.hand.yaml_nodes import (
 )
 
 KEYS = ("name", "urdf", "root", "effort", "fingers", "reference", "gains", "wrist", "spheres")
+OPTIONAL = ("limits", "couplings", "mirror")
+"""What a hand's file may change in its description."""
 POSE_KEYS = ("position", "euler_deg")
 MIN_FINGERS = 3  # fewer frictional point contacts cannot hold a rigid body against every wrench
 
@@ -98,15 +101,43 @@ class _Loader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
-def entries(content: str, keys: Sequence[str] = KEYS) -> dict[str, Any]:
-    """The entries of the file from its text, exactly those of `keys`."""
+def entries(content: str, keys: Sequence[str] = KEYS, optional: Sequence[str] = OPTIONAL) -> dict[str, Any]:
+    """The entries of the file from its text, exactly those of `keys`, and of the optional ones any."""
     try:
-        return mapping(yaml.load(content, _Loader), "the file", keys)
+        return mapping(yaml.load(content, _Loader), "the file", keys, optional)
     except (yaml.YAMLError, ValueError, TypeError) as error:
         tabs = [i for i, line in enumerate(content.splitlines(), 1) if "\t" in line]
         if tabs and "\\t" in str(error):
             raise InputError(f"line {tabs[0]} of the file has a tab; YAML is indented by spaces") from None
         raise InputError(f"the file is not YAML: {' '.join(str(error).split())}") from None
+
+
+def changes(data: Mapping[str, Any]) -> Changes:
+    """What the entries of a file change in the description."""
+    limits, couplings = (any_mapping(data.get(key, {}), key) for key in ("limits", "couplings"))
+    mirror = data.get("mirror", False)
+    if not isinstance(mirror, bool):
+        raise InputError(f"mirror must be true or false, not {mirror}")
+    return Changes(
+        limits={name: _pair(ends, f"limits of joint '{name}'") for name, ends in limits.items()},
+        couplings={name: _coupling(law, f"coupling of joint '{name}'") for name, law in couplings.items()},
+        mirror=mirror,
+    )
+
+
+def _pair(node: Any, where: str) -> tuple[float, float]:
+    if len(sequence(node, where)) != 2:
+        raise InputError(f"{where} must be two numbers, [lower, upper], not {node}")
+    lower, upper = numbers(node, (2,), where)
+    return float(lower), float(upper)
+
+
+def _coupling(node: Any, where: str) -> tuple[str, float, float]:
+    law = mapping(node, where, ("joint", "multiplier", "offset"))
+    multiplier, offset = (
+        float(numbers(law[key], (1,), f"{key} of the {where}")[0]) for key in ("multiplier", "offset")
+    )
+    return word(law["joint"], where), multiplier, offset
 
 
 def fingers(node: Any, model: pin.Model) -> tuple[Finger, ...]:

@@ -4,12 +4,8 @@ A joint that mimics another stands at `multiplier · q + offset`, with q of the 
 coordinate of its own; its limits narrow those of the other.
 """
 
-import functools
-import importlib.metadata
-import sys
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +13,7 @@ import pinocchio as pin
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
-from sgnlp.hand.yaml_nodes import mapping, unknown_name
+from sgnlp.hand.yaml_nodes import unknown_name
 
 
 @dataclass(frozen=True)
@@ -34,51 +30,15 @@ class Mimic:
         return self.multiplier * q + self.offset
 
 
-def urdf_file(source: Any, folder: Path) -> Path:
-    """The URDF: a file beside the YAML, or a path inside an installed package that carries no Python module.
-
-    Raises:
-        InputError: it is not there.
-    """
-    if isinstance(source, str):
-        path: Path | None = folder / source
-    else:
-        source = mapping(source, "urdf", ("package", "path"))
-        path = _packaged(source["package"], source["path"])
-    if path is None or not path.is_file():
-        raise InputError(f"the URDF {source} is not there; is its package installed?")
-    return path
-
-
-@functools.cache
-def _packaged(package: str, path: str) -> Path | None:
-    shared = Path(sys.prefix) / "share" / package / path  # where conda and source builds put it
-    if shared.is_file():
-        return shared
-    try:
-        files = importlib.metadata.files(package) or []
-    except importlib.metadata.PackageNotFoundError:
-        return None
-    return next((Path(str(f.locate())) for f in files if str(f).endswith(f"{package}/{path}")), None)
-
-
-def joint_model(description: str, root: str) -> pin.Model:
+def joint_model(description: str) -> pin.Model:
     """The tree of joints with the root link fixed at the origin; mimic joints narrow the limits of those they follow.
 
-    `description` is that of `sgnlp.hand.urdf_checks`. Raises:
-        InputError: its root link is another, or a joint mimics one that comes later.
+    `description` is that of `sgnlp.hand.description`. Raises:
+        InputError: Pinocchio cannot read it, or a joint leaves nothing of the limits of the one that it mimics.
     """
     joints = ElementTree.fromstring(description).findall("joint")
     coupled = {joint.get("name", ""): joint for joint in joints if joint.find("mimic") is not None}
-    try:
-        free = pin.buildModelFromXML(description)
-        _check_order(free, coupled)
-        model = pin.buildModelFromXML(description, mimic=True) if coupled else free
-    except (ValueError, RuntimeError) as error:
-        raise InputError(f"Pinocchio cannot read the URDF: {' '.join(str(error).split())}") from None
-    base = model.frames[1].name  # the frame after 'universe' is the URDF's root link
-    if root != base:
-        raise InputError(f"the root must be the URDF's root link '{base}', not '{root}'")
+    model = read_model(description, mimic=bool(coupled))
     for mimic in mimics(model):
         limit = coupled[mimic.name].find("limit")
         assert limit is not None  # every moving joint of a description has one
@@ -86,17 +46,16 @@ def joint_model(description: str, root: str) -> pin.Model:
     return model
 
 
-def _check_order(free: pin.Model, coupled: dict[str, ElementTree.Element]) -> None:
-    """Refuse a joint that mimics one that comes later in the model, where all joints have coordinates of their own."""
-    for name, joint in coupled.items():
-        mimic = joint.find("mimic")
-        assert mimic is not None
-        other = mimic.get("joint", "")
-        if free.getJointId(other) > free.getJointId(name):
-            k, b = float(mimic.get("multiplier", "1")), float(mimic.get("offset", "0"))
-            law = f"multiplier {1 / k:g}, offset {-b / k + 0.0:g}"
-            change = f"let '{other}' mimic '{name}' ({law}), and give '{name}' no <mimic>"
-            raise InputError(f"the URDF's joint '{name}' mimics '{other}', which comes later; {change}")
+def read_model(description: str, mimic: bool) -> pin.Model:
+    """The tree of joints as Pinocchio reads it; if not `mimic`, every joint has a coordinate of its own.
+
+    Raises:
+        InputError: it cannot.
+    """
+    try:
+        return pin.buildModelFromXML(description, mimic=mimic)
+    except (ValueError, RuntimeError) as error:
+        raise InputError(f"Pinocchio cannot read the URDF: {' '.join(str(error).split())}") from None
 
 
 def own_joints(model: pin.Model) -> tuple[str, ...]:

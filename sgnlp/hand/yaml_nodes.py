@@ -22,12 +22,12 @@ def unknown_name(kind: str, name: str, valid: Collection[str]) -> InputError:
     return InputError(f"unknown {kind} '{name}'; nearest of the {len(valid)} valid ones: {', '.join(near)}")
 
 
-def mapping(node: Any, where: str, keys: Collection[str]) -> dict[str, Any]:
-    """The mapping `node`, holding exactly those keys."""
+def mapping(node: Any, where: str, keys: Collection[str], optional: Collection[str] = ()) -> dict[str, Any]:
+    """The mapping `node`, holding exactly those keys, and of the optional ones any."""
     data = any_mapping(node, where)
     for key in data:
-        if key not in keys:
-            raise unknown_name(f"key in {where}", key, keys)
+        if key not in keys and key not in optional:
+            raise unknown_name(f"key in {where}", key, [*keys, *optional])
     for key in keys:
         if key not in data:
             raise InputError(f"{where}: the key '{key}' is missing")

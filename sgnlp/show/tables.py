@@ -11,6 +11,7 @@ from rich.text import Text
 from sgnlp.base.arrays import Array
 from sgnlp.hand.arm import Arm
 from sgnlp.hand.hand import Hand
+from sgnlp.hand.listing import Listing
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution
@@ -153,13 +154,13 @@ def _off_plan(closing: Closing) -> list[str]:
     return [f"Off the planned equilibrium: {'; '.join(found)}."] if found else []
 
 
-def hands_table(hands: list[Hand]) -> Table:
-    """One row a hand."""
-    rows: list[tuple[str, ...]] = [("name", "fingers", "joints", "spheres", "wrist starts")]
+def hands_table(hands: Sequence[Listing]) -> Table:
+    """One row a hand: with its joints, + those that follow others, and what makes it usable."""
+    rows: list[tuple[str, ...]] = [("name", "fingers", "joints", "description", "usable")]
     for hand in hands:
-        fingers = ", ".join(finger.name for finger in hand.fingers)
-        counts = (len(hand.joint_names), len(hand.spheres), len(hand.wrist_starts))
-        rows.append((hand.name, fingers, *map(str, counts)))
+        joints = f"{hand.joints} + {hand.coupled}" if hand.coupled else str(hand.joints)
+        usable = "yes" if hand.command is None else hand.command or "no"
+        rows.append((hand.name, str(hand.fingers), joints, hand.package or "its own", usable))
     return table(Sheet("Hands", tuple(rows)))
 
 

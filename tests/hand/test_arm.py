@@ -170,7 +170,7 @@ def refusal(folder: Path) -> str:
     [
         ("flange: panda_link8", "flange: panda_link9", "unknown flange 'panda_link9'"),
         ("flange: panda_link8", "flange: panda_link0", "no joint moves the flange 'panda_link0'"),
-        ("root: panda_link0", "root: panda_link1", "the root must be the URDF's root link 'panda_link0'"),
+        ("root: panda_link0", "root: panda_link", "panda.urdf: unknown root 'panda_link'; nearest of the"),
         ("panda_joint4: -2.356194", "panda_joint4: 0", "home angle 0 of 'panda_joint4' is outside [-3.0718, -0.0698]"),
         ("panda_joint7: 0.785398", "panda_joint8: 0", "unknown key in home 'panda_joint8'"),
         ("  panda_joint1: 0\n", "", "home: the key 'panda_joint1' is missing"),
@@ -212,10 +212,13 @@ def test_a_wrong_urdf_is_refused_in_one_line(tmp_path: Path, old: str, new: str,
     assert message in refusal(rail(tmp_path, (old, new)))
 
 
-def test_mjcf_is_refused_in_one_line(tmp_path: Path):
+def test_an_mjcf_is_refused_for_want_of_velocities(tmp_path: Path):
     folder = rail(tmp_path)
-    (folder / "arm.urdf").write_text("<mujoco><worldbody/></mujoco>", encoding="utf-8")
-    assert "is no URDF that can be read: its root is <mujoco>, not <robot>" in refusal(folder)
+    slide = '<joint name="a_rail" type="slide" range="0 1" actuatorfrcrange="-9 9"/><inertial pos="0 0 0" mass="1"'
+    plate = f'<body name="plate">{slide} diaginertia="1 1 1"/></body>'
+    text = f'<mujoco><worldbody><body name="post"><body name="lower">{plate}</body></body></worldbody></mujoco>'
+    (folder / "arm.urdf").write_text(text, encoding="utf-8")
+    assert "velocity in the <limit> of the URDF's joint 'a_rail' must be positive, not 0" in refusal(folder)
 
 
 def test_an_unknown_arm_is_refused_with_those_that_are_known():

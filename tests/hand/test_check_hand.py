@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 from browser import drawn, needs_a_browser
-from hands import BENT, THREE, changed, coupled
+from descriptions import described, mjcf
+from hands import BENT, THREE, changed, coupled, installed
 
 from sgnlp.base.errors import SgnlpError
 from sgnlp.cli import run
@@ -39,6 +40,31 @@ def test_nothing_is_wrong_or_strange_about_the_hands_of_the_package(name: str):
     assert done.wrong == 0
 
 
+DRAFTED = (
+    "barrett",
+    "dex3_left",
+    "dex3_right",
+    "inspire_right",
+    "leap_left",
+    "leap_right",
+    "shadow_left",
+    "shadow_right",
+    "svh_right",
+)
+
+
+@pytest.mark.parametrize("name", DRAFTED)
+def test_nothing_is_wrong_about_drafted_hands_and_only_what_their_makers_built_is_strange(name: str):
+    hand = installed(name)
+    done = examine(URDF / name)
+    assert not done.wrong
+    assert {f.check.partition(" of ")[0] for f in done.findings if f.verdict == "look"} <= {
+        "chain",
+        "order",
+    }  # few joints, a thumb across
+    assert hand.name == name
+
+
 def test_every_finding_says_what_was_found_and_what_is_valid(tmp_path: Path):
     for found in examine(coupled(tmp_path)).findings:
         assert found.check
@@ -52,6 +78,12 @@ def test_the_chain_of_each_finger_and_what_joints_follow_is_told(tmp_path: Path)
     assert finding(folder, "chain of b").found == "b_slide, b_bend, a_bend"
     assert finding(folder, "mimic 'b_curl'").found == "-0.5 · a_bend + 0.2"
     assert finding(folder, "joints").found == "8 under 'base', 1 more mimic one of them"
+
+
+def test_joints_that_share_a_motor_are_to_be_coupled(tmp_path: Path):
+    found = finding(described(mjcf(tmp_path)), "shared motor")
+    assert (found.verdict, found.found) == ("look", "one motor moves flex and bend")
+    assert "couplings: {bend: {joint: flex, multiplier: 1, offset: 0}}" in found.valid
 
 
 def test_one_mistake_hides_no_other(tmp_path: Path):

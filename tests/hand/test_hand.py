@@ -7,11 +7,15 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
+from descriptions import mjcf
 from hands import BENT, MULTIPLIER, OFFSET, THREE, changed, coupled
 
-from sgnlp.base.errors import InputError
+from sgnlp.base.errors import InputError, NotInstalledError
+from sgnlp.hand import listing as listing_module
+from sgnlp.hand.description.xml_file import content
 from sgnlp.hand.hand import Hand, available_hands, load_hand
 from sgnlp.hand.kinematics import frames
+from sgnlp.hand.listing import Listing, listed_hands
 from sgnlp.hand.yaml_nodes import unknown_name
 
 ORIGIN = np.array([0, 0, 0, 0, 0, 0, 1.0])
@@ -249,10 +253,10 @@ def test_the_five_fingered_hand_has_fifteen_joints_and_five_that_follow():
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("root: base", "root: a_tip", "root must be the URDF's root link 'base', not 'a_tip'"),
+        ("root: base", "root: bass", "hand.urdf: unknown root 'bass'; valid: a_link"),
         ("effort: 1.0", "effort: strong", "effort must be 9 finite numbers, not strong"),
         ("effort: 1.0", "effort: 0", "effort of joint 'a_slide' must be positive, not 0"),
-        ("effort: 1.0", "efort: 1.0", "unknown key in the file 'efort'; valid: effort, fingers"),
+        ("effort: 1.0", "efort: 1.0", "unknown key in the file 'efort'; valid: couplings, effort, fingers"),
         ("effort: 1.0\n", "", "the key 'effort' is missing"),
         ("effort: 1.0", "effort: yes", "effort must be 9 finite numbers, not True"),
         ("effort: 1.0", "effort: 1.0\neffort: 2.0", "the key 'effort' is there twice"),
@@ -308,7 +312,6 @@ def test_a_wrong_file_is_refused_in_one_line(tmp_path: Path, old: str, new: str,
         ('lower="-0.01" upper="0.02"', 'lower="-0,01" upper="0.02"', "lower of <limit> must be a finite number"),
         ('<limit lower="-0.01" upper="0.02" effort="1" velocity="1"/>', "", "joint 'a_slide' has no <limit>"),
         (BENT, f'{BENT}<mimic joint="b_curl"/>', "joint 'b_curl' mimics itself; remove its <mimic>"),
-        (BENT, f'{BENT}<mimic joint="c_bend"/>', "let 'c_bend' mimic 'b_curl' (multiplier 1, offset 0)"),
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', "xyz of <axis> must not be 0"),
         ('<parent link="base"/>', '<parent link="bass"/>', "unknown parent of joint 'a_slide' 'bass'; valid: a_link"),
         ('<link name="base"/>', '<link name="base"/><link name="more"/>', "has 2 root links, 'base', 'more'"),
@@ -335,6 +338,73 @@ def test_a_wrong_file_is_refused_in_one_line(tmp_path: Path, old: str, new: str,
 )
 def test_a_urdf_that_cannot_be_planned_with_is_refused(tmp_path: Path, old: str, new: str, message: str):
     assert message in refusal(changed(tmp_path, "hand.urdf", (old, new)))
+
+
+def keyed(target: Path, text: str) -> Path:
+    """The made-up hand with more in its file."""
+    return changed(target, "hand.yaml", ("gains:", f"{text}\ngains:"))
+
+
+def test_a_hands_file_changes_limits_and_couplings_of_its_description(tmp_path: Path):
+    changed(tmp_path, "hand.yaml", (", c_curl: 0.3", ""))
+    law = "{c_curl: {joint: c_bend, multiplier: 0.5, offset: 0.1}}"
+    hand = load_hand(keyed(tmp_path, f"limits: {{a_bend: [-0.1, 0.9]}}\ncouplings: {law}"))
+    bend = hand.joint_names.index("a_bend")
+    assert (hand.lower[bend], hand.upper[bend]) == (-0.1, 0.9)
+    (mimic,) = hand.mimics
+    assert (mimic.name, hand.joint_names[mimic.joint], mimic.multiplier, mimic.offset) == ("c_curl", "c_bend", 0.5, 0.1)
+
+
+def test_a_mirrored_hand_has_its_tips_in_the_mirror(tmp_path: Path):
+    changed(tmp_path, "hand.yaml", ("offset: [0, 0.002, 0.03]", "offset: [0, -0.002, 0.03]"))
+    mirrored = load_hand(keyed(tmp_path, "mirror: true"))
+    ours, theirs = (frames(hand, ORIGIN, hand.reference)[0] for hand in (mirrored, load_hand(THREE)))
+    np.testing.assert_allclose(ours, theirs @ MIRROR, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("limits: {a_bend: [0]}", "limits of joint 'a_bend' must be two numbers, [lower, upper], not [0]"),
+        ("limits: {a_bend: [0, far]}", "limits of joint 'a_bend' must be 2 finite numbers"),
+        ("limits: {a_band: [0, 1]}", "hand.urdf: unknown joint in limits 'a_band'"),
+        ("limits: []", "limits must be a mapping"),
+        ("couplings: {a_bend: {joint: a_curl}}", "coupling of joint 'a_bend': the key 'multiplier' is missing"),
+        ("mirror: left", "mirror must be true or false, not left"),
+        ("miror: true", "unknown key in the file 'miror'"),
+    ],
+)
+def test_wrong_changes_are_refused_in_one_line(tmp_path: Path, text: str, message: str):
+    assert message in refusal(keyed(tmp_path, text))
+
+
+def test_a_hand_whose_package_is_missing_is_refused_with_the_command_that_brings_it(tmp_path: Path):
+    source = "urdf: {package: nothing-here, path: a.urdf, install: pip install nothing-here}"
+    folder = changed(tmp_path, "hand.yaml", ("urdf: hand.urdf", source))
+    with pytest.raises(NotInstalledError, match="not there; install its package: pip install nothing-here") as caught:
+        load_hand(folder)
+    assert caught.value.command == "pip install nothing-here"
+
+
+def test_hands_are_listed_whether_their_package_is_there_or_not(monkeypatch: pytest.MonkeyPatch):
+    listed = {listing.name: listing for listing in listed_hands()}
+    assert tuple(listed) == available_hands()
+    assert listed["dlr_hit_right"] == Listing("dlr_hit_right", 5, 15, 5, "", None)
+
+    def missing(name: str) -> Hand:
+        raise NotInstalledError("gone", "pip install it")
+
+    monkeypatch.setattr(listing_module, "load_hand", missing)
+    (here,) = (listing for listing in listed_hands() if listing.name == "allegro_left")
+    assert here == Listing("allegro_left", 4, 16, None, "example-robot-data", "pip install it")
+
+
+def test_what_an_mjcf_includes_counts_for_the_digest(tmp_path: Path):
+    file = mjcf(tmp_path)
+    before = content(file)
+    assert before.startswith(file.read_bytes())
+    (tmp_path / "parts.xml").write_text("<mujoco/>", encoding="utf-8")
+    assert content(file) != before
 
 
 @pytest.mark.parametrize(

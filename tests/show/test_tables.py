@@ -11,6 +11,7 @@ from rich.console import Console
 from scenes import hand
 
 from sgnlp import cli
+from sgnlp.hand.listing import Listing
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.violations import Violation
@@ -142,9 +143,15 @@ def test_what_looks_like_markup_is_shown_as_it_is(plan, text):
     assert text in printed(report.rows_table("title", [{"views": text}]))
 
 
-def test_hands_are_listed_with_their_sizes():
-    row = lines(report.hands_table([hand()]))[2]
-    assert row == [hand().name, "index, middle, ring, thumb", "16", str(len(hand().spheres)), "7"]
+def test_hands_are_listed_with_what_makes_them_usable():
+    here = Listing("here", 5, 15, 5, "", None)
+    away = Listing("away", 4, 16, None, "hands", "pip install hands")
+    lost = Listing("lost", 3, 9, None, "gone", "")
+    assert lines(report.hands_table([here, away, lost]))[2:] == [
+        ["here", "5", "15 + 5", "its own", "yes"],
+        ["away", "4", "16", "hands", "pip install hands"],
+        ["lost", "3", "9", "gone", "no"],
+    ]
 
 
 def test_lines_become_a_table_and_the_same_in_markdown():

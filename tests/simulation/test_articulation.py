@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from descriptions import described, mjcf, urdf
 from hands import THREE, changed
 
 from sgnlp.hand.hand import load_hand
@@ -12,7 +13,7 @@ from sgnlp.simulation.settings import SimulationSettings
 
 mujoco = pytest.importorskip("mujoco")
 trimesh = pytest.importorskip("trimesh")
-from sgnlp.simulation.articulation import TIP_SCALE, articulation  # noqa: E402
+from sgnlp.simulation.articulation import LEAST_MASS, TIP_SCALE, articulation  # noqa: E402
 
 HALF = np.array([0.004, 0.006, 0.009])
 
@@ -92,6 +93,45 @@ def test_a_link_that_shows_nothing_is_its_collision_geometry(tmp_path: Path):
     sizes = {model.body(model.geom_bodyid[g]).name: float(model.geom_size[g][0]) for g in range(model.ngeom)}
     assert (sizes["base"], sizes["a_link"]) == (0.01, 0.02)
     assert len(link_meshes(hand)[0]) == 2
+
+
+def weights(folder: Path) -> tuple[np.ndarray, np.ndarray]:
+    """The masses of the simulated links (L,) and their centres at the reference posture (L, 3), in the root's frame."""
+    hand = load_hand(folder)
+    model = articulation(hand, SimulationSettings()).compile()
+    data = mujoco.MjData(model)
+    for name, value in zip(hand.moving_joints, hand.moving_angles(hand.reference), strict=True):
+        data.qpos[model.joint(name).qposadr[0]] = value
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    return model.body_mass[1:].copy(), data.xipos[1:].copy()
+
+
+def test_a_hand_of_an_mjcf_weighs_what_the_same_hand_of_a_urdf_does(tmp_path: Path):
+    folders = [tmp_path / "mjcf", tmp_path / "urdf"]
+    for folder in folders:
+        folder.mkdir()
+    ours, theirs = weights(described(mjcf(folders[0]))), weights(described(urdf(folders[1])))
+    np.testing.assert_allclose(ours[0], theirs[0], rtol=1e-12)
+    np.testing.assert_allclose(ours[1], theirs[1], atol=1e-9)
+    massless = 2  # the links between the two joints of one body, and before its fixed one
+    assert ours[0].sum() == pytest.approx(0.3 + 0.03 + 0.01 + 0.002 + 0.02 + 0.04 + massless * LEAST_MASS)
+
+
+@pytest.mark.parametrize("file", ["tip.stl", "tip.obj"])
+def test_a_mirrored_hand_is_solid_in_the_mirror(tmp_path: Path, file: str):
+    folders = [dressed(tmp_path / name, file) for name in ("one", "other")]
+    for folder in folders:
+        solid().export(folder / file)
+    changed(tmp_path / "other", "hand.yaml", ("gains:", "mirror: true\ngains:"))
+    one, other = (simulated(folder) for folder in folders)
+    for link, corners in one.items():
+        image = corners * [1, -1, 1]
+        np.testing.assert_allclose(other[link], image[np.lexsort(image.round(6).T)], atol=1e-7)
+    assert all(mesh.volume > 0 for mesh in link_meshes(load_hand(folders[1]))[0])
+    (masses, centres), (mirrored, images) = (weights(folder) for folder in folders)
+    np.testing.assert_allclose(mirrored, masses, rtol=1e-6)
+    np.testing.assert_allclose(images, centres * [1, -1, 1], atol=1e-6)
 
 
 def test_a_root_link_may_be_named_world(tmp_path: Path):

@@ -1,4 +1,4 @@
-"""Where the meshes are that a URDF names."""
+"""Where the meshes are that a description names."""
 
 import difflib
 import os
@@ -6,6 +6,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 from sgnlp.base.errors import InputError
+from sgnlp.hand.description.source import packaged
 
 MESH_SUFFIXES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
 LFS_POINTER = b"version https://git-lfs"
@@ -13,7 +14,9 @@ LFS_POINTER = b"version https://git-lfs"
 
 
 def mesh_file(text: str, folder: Path, owner: str) -> Path:
-    """The path of a mesh that a URDF in a folder names; `package://NAME/` is any folder above the URDF of that name.
+    """The path of a mesh that a description in a folder names.
+
+    `package://NAME/` is any folder of that name above the folder, or an installed package.
 
     Raises:
         InputError: no file is there, or it is none of a mesh; `owner` says whose.
@@ -25,12 +28,12 @@ def mesh_file(text: str, folder: Path, owner: str) -> Path:
         candidates = [folder / unquote(rest)]
     else:
         package, _, inner = rest.partition("/")
-        above = [place for place in (folder, *folder.parents) if place.name == package]
-        candidates = [place / inner for place in above] if scheme == "package" else []
+        candidates = _of_package(package, inner, folder) if scheme == "package" else []
     found = next((path for path in candidates if text and path.is_file()), None)
     if found is None:
         forms = (
-            "the path from the URDF's folder, package://NAME/PATH with NAME a folder above the URDF, or file:///PATH"
+            "the path from the URDF's folder, package://NAME/PATH with NAME a folder above the URDF or an installed "
+            "package, or file:///PATH"
         )
         raise InputError(f"{owner}: the mesh '{text}' is not there; valid are {forms}{_beside(text, folder)}")
     if found.suffix.lower() not in MESH_SUFFIXES:
@@ -42,6 +45,13 @@ def mesh_file(text: str, folder: Path, owner: str) -> Path:
     if head == LFS_POINTER:
         raise InputError(f"{owner}: the mesh '{text}' is a pointer of Git LFS; fetch what it stands for: git lfs pull")
     return Path(os.path.abspath(found))
+
+
+def _of_package(package: str, path: str, folder: Path) -> list[Path]:
+    """Where a file of a package may be: below a folder of that name above `folder`, or where packages are installed."""
+    above = [place / path for place in (folder, *folder.parents) if place.name == package]
+    installed = packaged(package, path) if path else None
+    return above if installed is None else [*above, installed]
 
 
 def _beside(text: str, folder: Path) -> str:

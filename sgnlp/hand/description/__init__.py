@@ -1,0 +1,62 @@
+"""A hand's or an arm's description, checked and written anew as the one text that Pinocchio and MuJoCo both read.
+
+In it every mesh has its absolute path, a joint that mimics one that mimics another follows that other itself, and a
+link has its visual geometry, or where it has none its collision geometry in that place. What neither of them needs is
+left out.
+"""
+
+import os
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+from sgnlp.base.errors import InputError
+from sgnlp.hand.description.changes import UNCHANGED, Changes, apply_changes
+from sgnlp.hand.description.joints import check_joint
+from sgnlp.hand.description.links import dress, strip
+from sgnlp.hand.description.mimics import resolve_mimics
+from sgnlp.hand.description.mirror import mirror
+from sgnlp.hand.description.mjcf import read_mjcf
+from sgnlp.hand.description.numbers import check_numbers
+from sgnlp.hand.description.tree import check_tree, cut, named
+from sgnlp.hand.description.xml_file import read_xml
+
+__all__ = ["UNCHANGED", "Changes", "description"]
+
+
+def description(file: Path, root: str | None = None, changes: Changes = UNCHANGED) -> str:
+    """The text of a URDF for both readers: what hangs below the link `root`, with the changes of the hand's file.
+
+    The file is a URDF, or an MJCF, which MuJoCo reads; a body of it is a link here. If no root is named, it is the root
+    link of the URDF, or the one body that stands in the world of the MJCF.
+
+    Raises:
+        InputError: the file is neither, it is xacro, or a link, joint, number, mesh or change of it is not valid.
+    """
+    robot = read_xml(file)
+    try:
+        if robot.tag == "mujoco":
+            robot = read_mjcf(file, root)
+        else:
+            check_tree(named(robot, "link"), named(robot, "joint"))
+            cut(robot, root)
+        _check(robot, changes)
+        for name, link in named(robot, "link").items():
+            dress(name, link, Path(os.path.abspath(file.parent)))
+        strip(robot)
+        resolve_mimics(robot)
+    except InputError as error:
+        raise error.within(file.name) from None
+    if changes.mirror:
+        mirror(robot)
+    return ElementTree.tostring(robot, encoding="unicode")
+
+
+def _check(robot: ElementTree.Element, changes: Changes) -> None:
+    """The numbers are valid, and with the changes each joint is fixed, or moves between limits or after another."""
+    links, joints = named(robot, "link"), named(robot, "joint")
+    for kind, elements in (("link", links), ("joint", joints)):
+        for name, element in elements.items():
+            check_numbers(element, f"{kind} '{name}'")
+    apply_changes(joints, changes)
+    for name, joint in joints.items():
+        check_joint(name, joint)

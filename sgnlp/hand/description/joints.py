@@ -1,0 +1,34 @@
+"""The joints of a description: fixed, or moving between limits."""
+
+import xml.etree.ElementTree as ElementTree
+
+from sgnlp.base.errors import InputError
+
+MOVING = ("revolute", "prismatic")
+
+
+def check_joint(name: str, joint: ElementTree.Element) -> None:
+    """A joint is fixed, or moves between limits; the effort is the hand's file's, and nothing needs the velocity."""
+    kind, limit = joint.get("type", ""), joint.find("limit")
+    if kind == "fixed":
+        for left in [*joint.findall("mimic"), *joint.findall("limit")]:
+            joint.remove(left)
+        return
+    if kind == "continuous":
+        ends = f"give it ends [rad] in the hand's file, limits: {{{name}: [lower, upper]}}"
+        raise InputError(f"joint '{name}' is continuous, without an end; {ends}")
+    if kind not in MOVING:
+        instead = "make it fixed; the wrist's pose is planned beside the joints"
+        raise InputError(
+            f"joint '{name}' is {kind or 'of no type'}; only revolute, prismatic and fixed ones work: {instead}"
+        )
+    if limit is None:
+        raise InputError(f"joint '{name}' has no <limit>; give it one with lower and upper, or make the joint fixed")
+    for key in ("lower", "upper", "effort", "velocity"):
+        limit.set(key, limit.get(key, "0"))  # the last two are not used
+    low, high, *powers = (float(limit.get(key, "")) for key in ("lower", "upper", "effort", "velocity"))
+    if min(powers) < 0:
+        raise InputError(f"joint '{name}' has a negative effort or velocity in its <limit>; write 0 or more")
+    if not low < high:
+        change = "swap them" if low > high else "write lower and upper, or make the joint fixed"
+        raise InputError(f"joint '{name}' has the limits [{low:g}, {high:g}]; lower must be below upper: {change}")

@@ -1,0 +1,50 @@
+"""Where the file of a description is: beside the hand's file, or in an installed package."""
+
+import functools
+import importlib.metadata
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+from sgnlp.base.errors import InputError, NotInstalledError
+from sgnlp.hand.yaml_nodes import mapping, word
+
+SHARE = "AMENT_PREFIX_PATH"
+"""The variable in which ROS 2 lists where packages are installed."""
+
+
+def source_file(source: Any, folder: Path) -> Path:
+    """The URDF or MJCF: a file beside the YAML, or a `path` in the installed `package`, which `install` brings.
+
+    Raises:
+        NotInstalledError: the package has no such file.
+        InputError: nor is one beside the YAML.
+    """
+    if isinstance(source, str):
+        if not (folder / source).is_file():
+            raise InputError(f"the URDF {source} is not there; name a file beside this one, or package and path")
+        return folder / source
+    told = mapping(source, "urdf", ("package", "path"), ("install",))
+    parts = {key: word(value, f"{key} of urdf") for key, value in told.items()}
+    file = packaged(parts["package"], parts["path"])
+    if file is None:
+        command = parts.get("install", "")
+        remedy = f"install its package: {command}" if command else "is its package installed?"
+        raise NotInstalledError(f"the URDF {parts['path']} of {parts['package']} is not there; {remedy}", command)
+    return file
+
+
+@functools.cache
+def packaged(package: str, path: str) -> Path | None:
+    """A file of an installed package: of ROS, of conda, of a source build, or of pip; None where there is none."""
+    prefixes = [sys.prefix, *filter(None, os.environ.get(SHARE, "").split(os.pathsep))]
+    for prefix in prefixes:
+        if (shared := Path(prefix) / "share" / package / path).is_file():
+            return shared
+    try:
+        files = importlib.metadata.files(package) or []
+    except (importlib.metadata.PackageNotFoundError, ValueError):
+        return None
+    found = (Path(str(f.locate())) for f in files if str(f).endswith(f"{package}/{path}"))
+    return next((file for file in found if file.is_file()), None)
