@@ -6,6 +6,7 @@ from scenes import CROWD, SMALL
 
 from sgnlp.perception.shape import FAR, Shape
 from sgnlp.program.around import ALONE, Around, fields
+from sgnlp.program.around_jets import AroundJets
 
 THING = Shape.box([0.0, 0.0, 0.05], [0.06, 0.06, 0.1])
 FIELDS = fields([Shape.sphere([0.3, 0.0, 0.1], 0.05)], [THING], [Shape.sphere([0.0, 0.0, 1.0], 0.1)], THING, 0.0)
@@ -34,11 +35,13 @@ def test_points_and_regions_are_counted_as_they_are_asked_for():
     assert Around(avoid=True, touch=True).regions(4) == 8
 
 
-def test_jets_come_in_the_order_of_the_points():
+@pytest.mark.parametrize("compiled", [True, False])
+def test_jets_come_in_the_order_of_the_points(compiled):
     around, rng = CROWD.around(SMALL, carried=True), np.random.default_rng(0)
     points, feet = rng.uniform(-0.2, 0.3, (around.points(3) + 6, 3)), rng.uniform(-0.05, 0.05, (4, 3))
     crowd = CROWD.fields(THING, 0.0)
-    jets = crowd.jets(around, 3, points, feet)
+    around_jets = AroundJets(crowd, around, (3, len(points), 4), compiled)
+    around_jets.update(np.asfortranarray(points), np.asfortranarray(feet), complete=True)
     parts = [
         crowd.near.jets(points[:6]),
         crowd.way.jets(points[6:15]),
@@ -46,9 +49,9 @@ def test_jets_come_in_the_order_of_the_points():
         crowd.avoid.jets(feet),
         crowd.touch.jets(feet),
     ]
-    np.testing.assert_array_equal(jets, np.concatenate(parts))
+    np.testing.assert_allclose(around_jets.jets, np.concatenate(parts), rtol=1e-8, atol=1e-8)
 
 
 def test_without_anything_around_no_jet_is_asked_for():
-    assert FIELDS.jets(ALONE, 45, np.empty((0, 3)), np.zeros((4, 3))).shape == (0, 10)
+    assert AroundJets(FIELDS, ALONE, (45, 0, 4)).jets.shape == (0, 10)
     assert fields([], [], [], THING, 0.0).near.distance(LOW)[0] == FAR
