@@ -18,14 +18,13 @@ class AroundJets:
         spheres, points, m = sizes
         still, own = 2 * spheres * around.obstacles, around.points(spheres)  # pregrasp and first contact; all
         counts = [still, own - still, points - own, m * around.avoid, m * around.touch]
-        self._ends = np.cumsum(counts)[:-1]
         self.jets = np.zeros((sum(counts), JET), order="F")
         kinds = (fields.near, fields.way, fields.arm, fields.avoid, fields.touch)
-        self._fields = [shape_jets(field, compiled) for field in kinds]
+        at = (slice(still), slice(still, own), slice(own, None), None, None)  # of the points; else the feet
+        parts = zip(kinds, at, np.split(self.jets, np.cumsum(counts)[:-1]), strict=True)
+        self._parts = [(shape_jets(field, compiled), where, jets) for field, where, jets in parts if len(jets)]
 
     def update(self, points: Array, feet: Array, complete: bool) -> None:
         """Take them at points (P, 3) and feet (m, 3) [m]; derivatives are 0 unless they are asked for by `complete`."""
-        places = (*np.split(points, self._ends[:2]), feet, feet)
-        for field, at, jets in zip(self._fields, places, np.split(self.jets, self._ends), strict=True):
-            if len(jets):
-                field.into(jets, at, complete)
+        for field, where, jets in self._parts:
+            field.into(jets, feet if where is None else points[where], complete)
