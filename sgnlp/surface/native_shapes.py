@@ -1,4 +1,7 @@
-"""The jets of shapes in C: `shape_jets.c`, which does what `ShapeField.jets` does in NumPy, 20 times as fast."""
+"""The jets of shapes in C: `shape_jets.c`, which does what `ShapeField.jets` does in NumPy, in a fifth of the time.
+
+Values alone take a tenth of it.
+"""
 
 import ctypes
 
