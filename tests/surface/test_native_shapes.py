@@ -21,14 +21,6 @@ KINDS = {
 }
 
 
-@pytest.fixture
-def library():
-    found = native.library()
-    if found is None:
-        pytest.skip("no C compiler")
-    return found
-
-
 def taken(jets, points, complete=True):
     found = np.full((len(points), JET), np.nan, order="F")
     jets.into(found, np.asfortranarray(points), complete)
