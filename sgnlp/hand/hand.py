@@ -62,6 +62,8 @@ class Hand:
     digest: str
     """SHA-256 of the hand's file, of what describes it, the preset of spheres and, on an arm, the arm's digest."""
     arm: Arm | None = None
+    alone: "Hand | None" = None
+    """The hand without the arm that carries it."""
     """What carries the hand; None for a wrist that is free."""
 
     @property
@@ -137,7 +139,7 @@ def on_arm(hand: Hand, arm: Arm) -> Hand:
             raise InputError(f"the arm '{arm.name}' and the hand '{hand.name}' both have a {kind} '{both[0]}'")
     arm = with_mount(arm, hand.name)
     digest = hashlib.sha256(f"{hand.digest} {arm.digest}".encode()).hexdigest()
-    return replace(hand, arm=arm, digest=digest)
+    return replace(hand, arm=arm, digest=digest, alone=hand)
 
 
 @functools.lru_cache(maxsize=16)

@@ -114,7 +114,8 @@ class Problem:
     def parameters(self, nlp: Nlp, wrist: Array, joints: Array, arm: Array | None = None) -> Array:
         """The parameter vector for the seed pose `wrist` (7) and `joints` (n), and those of an arm (a) near it."""
         smoothing, numbers = self.settings.smoothing, self.numbers()
-        if self.hand.arm:
+        weights = {term.name: term.weight for term in self.terms}
+        if self.hand.arm and nlp.hand.arm:
             numbers |= {"base": self.hand.arm.base, "arm": self.hand.arm.home if arm is None else arm}
         return nlp.parameters.pack(
             numbers
@@ -122,7 +123,7 @@ class Problem:
                 "rotation_desired": numbers["rotation_desired"].ravel(order="F"),
                 "wrist": wrist,
                 "joints": joints,
-                "weights": self.weights(),
+                "weights": np.array([weights[term.name] for term in nlp.structure.terms]),
                 "foot": float(nlp.structure.formulation.exact_feet),
                 "distance": smoothing.distance,
                 "collision": smoothing.collision,
@@ -153,7 +154,7 @@ class Problem:
 
     def _contact_bounds(self, nlp: Nlp) -> tuple[Array, Array]:
         """Bounds of the variables of the hand at first contact, as far as it is planned, and of an arm."""
-        at, hand, freedom = nlp.structure.at_contact, self.hand, self.settings.closing.c_freedom
+        at, hand, freedom = nlp.structure.at_contact, nlp.hand, self.settings.closing.c_freedom
         c, m = self.settings.contact.c, len(hand.fingers)
         fingers = np.tile([[max(c - freedom, LEAST_C)], [min(c + freedom, 1.0)]], m if at.c else 0)
         joints = np.stack([hand.lower, hand.upper])[:, : len(hand.lower) if at.joints else 0]
@@ -178,7 +179,8 @@ class Problem:
 
     def row_bounds(self, nlp: Nlp) -> tuple[Array, Array]:
         """Bounds (ng,) of the scaled rows: those of the plan's constraints, and of the formulation's own."""
-        rows = nlp.structure.formulation.constraints(self.constraints)
+        known = {c.name for c in nlp.structure.constraints}
+        rows = nlp.structure.formulation.constraints([c for c in self.constraints if c.name in known])
         bounds = [np.array((c.lower, c.upper)) / c.scale for c in rows]
         each = np.repeat(np.array(bounds).reshape(-1, 2), nlp.row_sizes, axis=0)
         return each[:, 0], each[:, 1]

@@ -39,7 +39,7 @@ def program(hand: Hand, structure: Structure, compiled: bool = True) -> Nlp:
 @lru_cache(maxsize=8)
 def load(hand: Hand, structure: Structure) -> Nlp | None:
     """The compiled program from the cache; None if it is not there, is damaged or cannot be loaded."""
-    library = path(hand, structure)
+    hand, library = structure.of(hand), path(hand, structure)
     if library is None:
         return None
     note = toolchain.note_of(library)
@@ -104,7 +104,7 @@ def path(hand: Hand, structure: Structure) -> Path | None:
     structure = structure.inner
     if structure.key is None:
         return None
-    key = toolchain.fingerprint(_package(), hand.digest, structure.key, ca.__version__, backend(), *FLAGS)
+    key = toolchain.fingerprint(_package(), structure.of(hand).digest, structure.key, ca.__version__, backend(), *FLAGS)
     return toolchain.cache_folder() / f"program-{structure.formulation.name}-{key}.so"
 
 
