@@ -20,6 +20,7 @@ from sgnlp.hand import hand_file, library
 from sgnlp.hand.arm import Arm, available_arms, base_pose, load_arm, with_base, with_mount
 from sgnlp.hand.hand_file import Finger, Sphere, WristStart
 from sgnlp.hand.model import Mimic, joint_model, mimics, own_joints, urdf_file
+from sgnlp.hand.placements import Backend, backend, usable
 from sgnlp.hand.urdf_checks import description
 from sgnlp.hand.yaml_nodes import frozen, word
 
@@ -58,8 +59,15 @@ class Hand:
     gain_initial: Array  # (m,) [N/m]
     digest: str
     """SHA-256 of the description, the URDF, the preset of spheres and, if it is on an arm, the arm's digest."""
+    kinematics: Backend
+    """What gives the placements of its joints, and of its arm's, as expressions."""
     arm: Arm | None = None
     """What carries the hand; None for a wrist that is free."""
+
+    @property
+    def models(self) -> tuple[pin.Model, ...]:
+        """Its own tree of joints and its arm's."""
+        return (self.model, self.arm.model) if self.arm else (self.model,)
 
     @property
     def tip_radii(self) -> Array:
@@ -86,14 +94,17 @@ def load_hand(
     spheres: str = "cover",
     arm: str | Path | None = None,
     arm_base: Sequence[float] = (),
+    kinematics: Backend | None = None,
 ) -> Hand:
     """The hand of that name in `urdf/`, or of a folder holding `hand.yaml`, with one preset of its spheres.
 
     `arm` names the arm that carries it, or its folder, and `arm_base` where that stands in the world if not where its
     file says: x y z [m], these and intrinsic XYZ angles [deg], or these and a quaternion x y z w.
 
-    Raises `InputError`, in one line, for an unknown hand, preset, key, link or joint and for values that contradict
-    each other or the URDF.
+    `kinematics` is the backend of its placements, the best that runs here if it is not given.
+
+    Raises `InputError`, in one line, for an unknown hand, preset, key, link or joint, for values that contradict each
+    other or the URDF, and for a backend that does not run here.
     """
     file = library.find("hand", name_or_folder, HAND_FILE)
     try:
@@ -102,7 +113,13 @@ def load_hand(
         raise InputError(f"{file.parent.name}/{file.name}: {error}") from None
     if arm is None and len(arm_base):
         raise InputError("the base of an arm is given, but no arm")
-    return hand if arm is None else _carried(hand, load_arm(arm), tuple(arm_base))
+    hand = hand if arm is None else _carried(hand, load_arm(arm), tuple(arm_base))
+    return _moving(hand, usable(kinematics, *hand.models) if kinematics else backend(*hand.models))
+
+
+@functools.lru_cache(maxsize=16)
+def _moving(hand: Hand, kinematics: Backend) -> Hand:
+    return replace(hand, kinematics=kinematics)
 
 
 @functools.lru_cache(maxsize=16)
@@ -134,7 +151,7 @@ def on_arm(hand: Hand, arm: Arm) -> Hand:
             raise InputError(f"the arm '{arm.name}' and the hand '{hand.name}' both have a {kind} '{both[0]}'")
     arm = with_mount(arm, hand.name)
     digest = hashlib.sha256(f"{hand.digest} {arm.digest}".encode()).hexdigest()
-    return replace(hand, arm=arm, digest=digest)
+    return replace(hand, arm=arm, digest=digest, kinematics=backend(hand.model, arm.model))
 
 
 @functools.lru_cache(maxsize=16)
@@ -175,4 +192,5 @@ def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
         gain_upper=gain_upper,
         gain_initial=gain_initial,
         digest=hashlib.sha256(b"\0".join([text.encode(), urdf.read_bytes(), preset.encode()])).hexdigest(),
+        kinematics=backend(model),
     )
