@@ -49,7 +49,7 @@ def usable(using: Backend, *models: pin.Model) -> Backend:
     if using not in BACKENDS:
         raise unknown("kinematics backend", using, BACKENDS)
     if reason := next(filter(None, (lack(model, using) for model in models)), ""):
-        raise InputError(f"the kinematics backend '{using}' does not run here: {reason}")
+        raise _unusable(using, reason)
     return using
 
 
@@ -66,12 +66,12 @@ def lack(model: pin.Model, using: Backend) -> str:
 
 
 def identity(using: Backend, *models: pin.Model) -> str:
-    """What tells the expressions that a backend gives for models from those of another, or of another version.
+    """What tells the expressions that a usable backend gives for models from those of another, or of another version.
 
     Raises:
-        InputError: the backend does not run here for one of the models.
+        InputError: the functions of the models have gone.
     """
-    if usable(using, *models) == "pinocchio (compiled)":
+    if using == "pinocchio (compiled)":
         return using + "".join(_function(model).serialize() for model in models)
     return f"{using} {pin.__version__}"
 
@@ -97,8 +97,13 @@ def _from_function(model: pin.Model, angles: ca.SX) -> Chain:
 
 def _function(model: pin.Model) -> ca.Function:
     found = placement_functions.function(model)
-    assert found is not None  # else it is not usable
+    if found is None:
+        raise _unusable("pinocchio (compiled)", placement_functions.lack(model))
     return found
+
+
+def _unusable(using: Backend, reason: str) -> InputError:
+    return InputError(f"the kinematics backend '{using}' does not run here: {reason}")
 
 
 def _walked(model: pin.Model, angles: ca.SX) -> Chain:

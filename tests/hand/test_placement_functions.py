@@ -227,12 +227,15 @@ def test_a_program_that_fails_or_makes_something_else_is_told(cache, monkeypatch
 
 
 @reads_them
-def test_what_identifies_the_expressions_is_the_function_or_the_version(monkeypatch: pytest.MonkeyPatch):
+def test_what_identifies_the_expressions_is_the_function_or_the_version(cache: Path, monkeypatch: pytest.MonkeyPatch):
     left, right = (load_hand(f"allegro_{side}").model for side in ("left", "right"))
     found = {identity("pinocchio (compiled)", *given) for given in ([left], [right], [left, right])}
     assert len(found | {identity(WALK, left)}) == 4
     monkeypatch.setattr(pin, "__version__", "0.0.0")
     assert identity(WALK, left) == f"{WALK} 0.0.0"
+    without(monkeypatch)
+    with pytest.raises(InputError, match="does not run here"):
+        identity("pinocchio (compiled)", left)
 
 
 def test_carrying_asks_for_the_casadi_that_all_can_read(monkeypatch: pytest.MonkeyPatch):
