@@ -53,6 +53,7 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return toolchain.cache_folder()
 
 
+@reads_them
 def test_the_package_carries_one_function_beside_each_description_that_of_its_model():
     there = {file.parent.name: file.name for file in sorted(URDF.glob("*/*.casadi"))}
     assert there == {name: functions.file_name(model) for name, model in shipped().items()}
@@ -103,7 +104,6 @@ def test_the_walk_of_slides_skew_axes_and_mimic_joints_is_that_of_numeric_pinocc
 
 
 @needs_cpp
-@pytest.mark.long
 @pytest.mark.parametrize(
     "made",
     [lambda folder: load_hand(coupled(folder)), lambda folder: load_arm(rail(folder))],
@@ -117,7 +117,6 @@ def test_the_program_gives_what_the_walk_gives(made, tmp_path: Path, program: No
 
 
 @needs_cpp
-@pytest.mark.long
 @pytest.mark.parametrize("model", models())
 def test_what_is_carried_is_what_the_program_makes(model: pin.Model, program: None):
     carried, made = functions.function(model), ca.Function.deserialize(functions.make(model))
@@ -132,7 +131,6 @@ def test_what_is_carried_is_what_the_program_makes(model: pin.Model, program: No
 
 
 @needs_cpp
-@pytest.mark.long
 def test_the_program_makes_the_placements_of_joints_of_several_kinds(program: None):
     model = pin.buildSampleModelManipulator()  # with a free flyer and a composite joint after it
     composite = pin.JointModelComposite(pin.JointModelRX())
@@ -144,7 +142,6 @@ def test_the_program_makes_the_placements_of_joints_of_several_kinds(program: No
 
 
 @needs_cpp
-@pytest.mark.long
 def test_a_function_is_built_once_and_found_again_by_its_model(program: None, monkeypatch: pytest.MonkeyPatch):
     model = load_hand(THREE).model
     assert "sgnlp cache --build --hand HAND builds it" in lack(model, "pinocchio (compiled)")

@@ -80,6 +80,7 @@ def test_what_is_not_found_is_told_to_be_missing(monkeypatch):
     assert len(environment.solvers()) == 7
 
 
+@pytest.mark.skipif(casadi.__version__ < "3.8", reason="CasADi before 3.8 does not read what 3.8 has written")
 def test_the_best_backend_is_told_and_why_no_better_one_runs(monkeypatch):
     there = importlib.util.find_spec("pinocchio.casadi") is not None
     assert set(environment.shipped()) == {*available_hands(), *available_arms()}
