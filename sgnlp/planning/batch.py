@@ -17,6 +17,7 @@ from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand, told
+from sgnlp.hand.placements import Backend
 from sgnlp.perception.observation import PLAIN, Observation, Reading, load
 from sgnlp.planning import results
 from sgnlp.planning.ending import Ending
@@ -32,7 +33,8 @@ from sgnlp.planning.workers import Workers, each, one_at_a_time
 class Task:
     """What all objects of a batch have in common; the meaning is that of `load` and `solve`.
 
-    `root` is the folder that relative files are in, wherever a worker runs.
+    `root` is the folder that relative files are in, wherever a worker runs. `kinematics` is the backend of the hand's
+    placements, one for all objects, though a better one may be built meanwhile; the best here if it is not given.
     """
 
     hand: str = "allegro_left"
@@ -48,11 +50,12 @@ class Task:
     extension: Extension | None = None
     surroundings: Surroundings = NOWHERE
     root: Path = field(default_factory=Path.cwd)
+    kinematics: Backend | None = None
 
     @property
     def robot(self) -> Hand:
         """The hand, on its arm if there is one."""
-        return load_hand(self.hand, self.settings.spheres, self.arm, self.arm_base)
+        return load_hand(self.hand, self.settings.spheres, self.arm, self.arm_base, self.kinematics)
 
     def load(self, file: Path) -> Observation:
         """The observation in a file."""
@@ -96,6 +99,7 @@ def batch(
         InputError: the hand is not valid.
         MachineError: a result cannot be written for want of room; those before it are kept.
     """
+    task = replace(task, kinematics=task.robot.kinematics)
     expected = _expected(task)
     try:
         found: dict[Path, tuple[str, str] | str] = {}
@@ -179,6 +183,7 @@ def _expected(task: Task) -> dict[str, Any]:
     made: dict[str, Any] = {
         "hand": hand.name,
         "arm": told(hand),
+        "kinematics": hand.kinematics,
         "settings": asdict(task.settings),
         "seed": task.seed,
         "starts": task.count,

@@ -15,7 +15,7 @@ from sgnlp.planning import results
 from sgnlp.planning.cautions import cautions
 from sgnlp.planning.cautions.planned import Planned
 from sgnlp.planning.ending import Ending
-from sgnlp.planning.environment import kinematics_backend, machine, surface_backend, versions
+from sgnlp.planning.environment import machine, surface_backend, versions
 from sgnlp.planning.extension import Extension
 from sgnlp.planning.grasps import Grasps, stack
 from sgnlp.planning.motion import files
@@ -92,7 +92,7 @@ class Plan:
             **asdict(self.ending),
             "replanned": self.replanned,
             "versions": versions(),
-            "kinematics": kinematics_backend(),
+            "kinematics": self.problem.hand.kinematics,
             "formulation": self.problem.formulation.name,
             "kernel": self.problem.gpis.kernel.name,
             "free_space": self.problem.gpis.free_space,

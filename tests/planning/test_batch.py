@@ -17,12 +17,13 @@ import pytest
 from here import Here
 from plans import SMALL_FLAGS, same, small_plan
 from processes import ALIVE, TESTS, command_with, hang, interrupted, running, wait_for
-from scenes import SMALL, ellipsoid
+from scenes import SMALL, ellipsoid, hand
 
 from sgnlp import load_grasps
 from sgnlp.base import exclusive
 from sgnlp.base.errors import InputError, MachineError, SolverError
 from sgnlp.cli import codes, run
+from sgnlp.hand.placements import BACKENDS
 from sgnlp.perception.observation import Reading
 from sgnlp.planning import results
 from sgnlp.planning.batch import Row, Task, batch, plan
@@ -33,6 +34,7 @@ from sgnlp.planning.solvers import settled
 FEW = [*SMALL_FLAGS[:-2], "--spheres", "paper", "--contact.samples", "2"]
 LEAN_FLAGS = [*FEW, "--solver.formulation", "constrained"]
 """Functions that a process builds in a quarter of the time."""
+WALK = BACKENDS[-1]
 UNHURRIED = ["--timeout", "3600"]
 """Where a start has to end, on a busy machine too."""
 LEANEST_FLAGS = [*FEW, "--solver.formulation", "penalty", "--solver.max-iterations", "3"]
@@ -233,6 +235,7 @@ def test_what_is_solved_is_not_solved_again_and_what_failed_is(solved):
         {"hand": "allegro_right"},
         {"reading": Reading(table_height=-0.001)},
         {"solver": "fatrop"},
+        pytest.param({"kinematics": WALK}, marks=pytest.mark.skipif(hand().kinematics == WALK, reason="the only one")),
     ],
     ids=lambda change: next(iter(change)),
 )
@@ -241,6 +244,22 @@ def test_results_of_another_task_are_solved_again(solved, change):
     assert solved == ["one"]
     rows([Path("one.npz")], **change)
     assert solved == ["one", "one"]
+
+
+def test_all_objects_of_a_batch_have_one_backend_of_the_kinematics_though_a_better_one_comes_meanwhile(monkeypatch):
+    asked, best = [], [WALK]
+    monkeypatch.setattr("sgnlp.hand.hand.backend", lambda *models: best[0])
+
+    def planned(seen, hand, settings, **options):
+        asked.append(hand.kinematics)
+        best[0] = "pinocchio (compiled)"
+        raise InputError("enough")
+
+    monkeypatch.setattr("sgnlp.planning.batch.solve", planned)
+    rows([cloud("one"), cloud("two", 1)])
+    assert asked == [WALK, WALK]
+    rows([cloud("three")])
+    assert asked[2:] == ["pinocchio (compiled)"]
 
 
 def test_a_changed_cloud_or_a_damaged_result_is_solved_again(solved):
