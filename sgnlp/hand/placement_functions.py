@@ -31,8 +31,6 @@ FLAGS = (
     "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
 )
 LIBRARIES = ("-lpinocchio_default", "-lcasadi", "-lboost_serialization")
-OLDEST_CASADI = (3, 8)
-"""The wheels of CasADi before this have another C++ ABI than Pinocchio's."""
 TIMEOUT = 60.0
 """Longest time that the placements of a model may take [s]; they usually take 0.05."""
 
@@ -61,8 +59,6 @@ def lack(model: pin.Model) -> str:
 
 def fault() -> str:
     """Why functions cannot be made here, with the remedy; "" if they can."""
-    if tuple(map(int, ca.__version__.split(".")[:2])) < OLDEST_CASADI:
-        return f"CasADi {ca.__version__} has another C++ ABI than Pinocchio; install CasADi 3.8 or newer"
     prefix = Path(pin.__file__).parents[4]
     if not (prefix / "include" / "pinocchio").is_dir():
         return f"Pinocchio's C++ headers are not in '{prefix}'; install it by pip"

@@ -19,10 +19,8 @@ from sgnlp.hand.arm import load_arm
 from sgnlp.hand.hand import load_hand
 from sgnlp.hand.placements import BACKENDS, Backend, backend, identity, lack, placements
 
-READABLE = tuple(map(int, ca.__version__.split(".")[:2])) >= functions.OLDEST_CASADI
 WALK = BACKENDS[-1]
 
-reads_them = pytest.mark.skipif(not READABLE, reason="CasADi before 3.8 does not read what 3.8 has written")
 needs_cpp = pytest.mark.skipif(bool(functions.fault()), reason=functions.fault())
 
 
@@ -53,13 +51,11 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return toolchain.cache_folder()
 
 
-@reads_them
 def test_the_package_carries_one_function_beside_each_description_that_of_its_model():
     there = {file.parent.name: file.name for file in sorted(URDF.glob("*/*.casadi"))}
     assert there == {name: functions.file_name(model) for name, model in shipped().items()}
 
 
-@reads_them
 @pytest.mark.parametrize("model", models())
 def test_what_is_carried_is_what_runs(model: pin.Model, cache: Path):
     assert lack(model, "pinocchio (compiled)") == ""
@@ -86,7 +82,6 @@ def assert_same(model: pin.Model) -> None:
             np.testing.assert_allclose(np.array(one), np.array(other), atol=scale * functions.EXACT, rtol=0)
 
 
-@reads_them
 @pytest.mark.parametrize("model", models())
 def test_the_walk_gives_the_placements_of_pinocchio(model: pin.Model):
     assert_same(model)
@@ -156,7 +151,6 @@ def test_a_function_is_built_once_and_found_again_by_its_model(program: None, mo
     assert (before.kinematics, load_hand(THREE, kinematics=WALK).kinematics) == (WALK, WALK)
 
 
-@reads_them
 def test_another_model_a_damaged_and_an_unreadable_function_are_not_taken(cache: Path, monkeypatch: pytest.MonkeyPatch):
     left, right = (load_hand(f"allegro_{side}").model for side in ("left", "right"))
     text = (URDF / "allegro_left" / functions.file_name(left)).read_text(encoding="utf-8")
@@ -192,7 +186,6 @@ CHAIN = """<robot name="chain"><link name="a"/><link name="b"/><joint name="ab" 
     ("change", "said"),
     [
         (lambda patch, folder: patch.setenv("CXX", "no-such-compiler"), "no C++ compiler: $CXX is 'no-such-compiler'"),
-        (lambda patch, folder: patch.setattr(ca, "__version__", "3.7.2"), "CasADi 3.7.2 has another C++ ABI"),
         (lambda patch, folder: patch.setattr(pin, "__file__", f"{folder}/1/2/3/4/5"), "C++ headers are not in"),
     ],
 )
@@ -223,7 +216,6 @@ def test_a_program_that_fails_or_makes_something_else_is_told(cache, monkeypatch
     assert not cache.exists()
 
 
-@reads_them
 def test_what_identifies_the_expressions_is_the_function_or_the_version(cache: Path, monkeypatch: pytest.MonkeyPatch):
     left, right = (load_hand(f"allegro_{side}").model for side in ("left", "right"))
     found = {identity("pinocchio (compiled)", *given) for given in ([left], [right], [left, right])}
