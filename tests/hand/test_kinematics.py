@@ -213,8 +213,8 @@ def test_among_the_hands_is_one_with_a_slide_and_a_skew_axis():
 
 def test_the_expressions_stay_small(hand: Hand, using: Backend):
     f = function(hand, using)
-    # a joint multiplies two matrices, a sphere off the axis of its link a matrix and a vector
-    assert f.n_instructions() < 100 * len(hand.moving_joints) + 20 * len(hand.spheres)
+    # a joint multiplies two matrices, a sphere off the axis of its link a matrix and a vector, and again into the world
+    assert f.n_instructions() < 100 * len(hand.moving_joints) + 36 * len(hand.spheres)
     n = len(hand.joint_names)
     v = ca.SX.sym("v", 6 + n)
     out = forward(hand, ca.SX.sym("wrist", 7), ca.SX.sym("joints", n), v, using)
