@@ -34,6 +34,7 @@ COMMANDS = {
     "observe": "sgnlp.cli",
     "hands": "sgnlp.cli",
     "arms": "sgnlp.cli",
+    "draft-hand": "sgnlp.cli",
     "check-hand": "sgnlp.cli",
     "study": "sgnlp.experiments.cli",
     "compare": "sgnlp.experiments.cli",

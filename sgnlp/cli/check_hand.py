@@ -31,13 +31,18 @@ class CheckHand:
     def run(self, console: Console) -> int:
         """Examine, print, draw."""
         examination = check.examine(self.folder, self.spheres)
-        for found in examination.findings:
-            console.print(_line(found), soft_wrap=True)
-        looks = sum(finding.verdict == "look" for finding in examination.findings)
-        console.print(f"{len(examination.findings)} checks: {examination.wrong} wrong, {looks} to look at")
+        tell(console, examination)
         if examination.hand is not None and (self.png or self.html):
             view.write(console, hand_scene(examination.hand, examination), self.html, self.png, 0, 0)
         return codes.BAD_INPUT if examination.wrong else 0
+
+
+def tell(console: Console, examination: check.Examination) -> None:
+    """Print the findings and how many there are."""
+    for found in examination.findings:
+        console.print(_line(found), soft_wrap=True)
+    looks = sum(finding.verdict == "look" for finding in examination.findings)
+    console.print(f"{len(examination.findings)} checks: {examination.wrong} wrong, {looks} to look at")
 
 
 def _line(finding: check.Finding) -> Text:

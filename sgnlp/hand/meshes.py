@@ -1,15 +1,14 @@
 """The meshes that the URDF of a hand or arm shows, and where they are."""
 
 import functools
-from typing import Any
+from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 import pinocchio as pin
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
-from sgnlp.hand.arm import Arm
-from sgnlp.hand.hand import Hand
 from sgnlp.perception.synthetic.meshes import Mesh, box, cylinder, unit_sphere
 
 MIN_THICKNESS = 1e-6
@@ -18,8 +17,27 @@ BALL_POINTS, SIDES = 100, 24
 """Vertices of a sphere and sides of a cylinder that a URDF has in the place of a mesh."""
 
 
+class Described(Protocol):
+    """What has a URDF: a hand, an arm, or the skeleton of a hand that is being drafted."""
+
+    @property
+    def urdf(self) -> Path:
+        """Its file."""
+
+    @property
+    def description(self) -> str:
+        """Its text as Pinocchio and MuJoCo read it."""
+
+    @property
+    def model(self) -> pin.Model:
+        """The tree of its joints."""
+
+    def __hash__(self) -> int:
+        """Of the object, not of its values: what is read for it is read once."""
+
+
 @functools.lru_cache(maxsize=4)
-def _geometry(hand: Hand | Arm) -> pin.GeometryModel:
+def _geometry(hand: Described) -> pin.GeometryModel:
     """What the URDF shows."""
     try:
         model = pin.buildGeomFromUrdfString(hand.model, hand.description, pin.GeometryType.VISUAL, package_dirs=[])
@@ -29,10 +47,23 @@ def _geometry(hand: Hand | Arm) -> pin.GeometryModel:
         raise InputError(
             f"a mesh of {hand.urdf.name} cannot be read: {' '.join(told.split())}; export it again"
         ) from None
-    for shown in model.geometryObjects:
-        if fault := _fault(_mesh(shown)):
-            raise InputError(f"the mesh {shown.meshPath} of {hand.urdf.name} {fault}")
     return model
+
+
+@functools.lru_cache(maxsize=4)
+def _meshes(hand: Described) -> tuple[Mesh, ...]:
+    """The meshes of what it shows; one of a file that is there twice is read once."""
+    known: dict[tuple[str, ...], Mesh] = {}
+    found = []
+    for i, shown in enumerate(_geometry(hand).geometryObjects):
+        solid = not hasattr(shown.geometry, "tri_indices")
+        key = (str(i),) if solid else (shown.meshPath, *map(str, shown.meshScale))
+        if key not in known:
+            known[key] = _mesh(shown)
+            if fault := _fault(known[key]):
+                raise InputError(f"the mesh {shown.meshPath} of {hand.urdf.name} {fault}")
+        found.append(known[key])
+    return tuple(found)
 
 
 def _fault(mesh: Mesh) -> str:
@@ -62,31 +93,36 @@ def _mesh(shown: pin.GeometryObject) -> Mesh:
     return Mesh(shape.radius * ball.vertices, ball.faces)
 
 
-def link_meshes(hand: Hand | Arm) -> tuple[list[Mesh], list[tuple[float, float, float]]]:
+def link_meshes(hand: Described) -> tuple[list[Mesh], list[tuple[float, float, float]]]:
     """The L meshes of the links in their own frames [m], and their colours.
 
     Raises:
         InputError: a mesh of the URDF is not there, or is none.
     """
-    meshes, colours = [], []
+    colours = []
     for shown in _geometry(hand).geometryObjects:
         red, green, blue, _ = map(float, shown.meshColor)
-        meshes.append(_mesh(shown))
         colours.append((red, green, blue))
-    return meshes, colours
+    return list(_meshes(hand)), colours
 
 
-def mesh_files(hand: Hand | Arm) -> list[tuple[str, tuple[float, ...]]]:
+def mesh_files(hand: Described) -> list[tuple[str, tuple[float, ...]]]:
     """Of the L meshes, the path of the file, "" for a solid of the URDF's own, and the scale that it is read with."""
     return [(shown.meshPath, tuple(map(float, shown.meshScale))) for shown in _geometry(hand).geometryObjects]
 
 
-def mesh_links(hand: Hand | Arm) -> list[str]:
+def mesh_links(hand: Described) -> list[str]:
     """The names of the links that the L meshes belong to."""
     return [hand.model.frames[shown.parentFrame].name for shown in _geometry(hand).geometryObjects]
 
 
-def link_poses(hand: Hand | Arm, wrist: Array, joints: Array) -> Array:
+def link_places(hand: Described) -> list[tuple[int, Array]]:
+    """Of the L meshes, the joint of the model that each moves with, and its pose (4, 4) in that joint's frame."""
+    shown = _geometry(hand).geometryObjects
+    return [(one.parentJoint, np.array(one.placement.homogeneous)) for one in shown]
+
+
+def link_poses(hand: Described, wrist: Array, joints: Array) -> Array:
     """Poses (L, 4, 4) of the meshes, for the root link at `wrist` (7), which is an arm's `base`, and `joints` (n)."""
     geometry, data = _geometry(hand), hand.model.createData()
     places = geometry.createData()

@@ -1,4 +1,4 @@
-"""A hand alone as a scene: its meshes and, over them, its spheres, at the reference pose and at the joint limits."""
+"""A hand alone as a scene: its meshes, spheres and wrist starts, at the reference pose and at the joint limits."""
 
 import numpy as np
 import pinocchio as pin
@@ -10,14 +10,14 @@ from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import frames
 from sgnlp.hand.meshes import link_poses
 from sgnlp.show.scene import links
-from sgnlp.show.scene_parts import FRAMES, Scene, Shape, Stage, View, named
+from sgnlp.show.scene_parts import FRAMES, STARTS, Scene, Shape, Stage, View, named
 from sgnlp.show.scene_shapes import spheres
 from sgnlp.show.sheets import Sheet
 
 SPHERE_OPACITY = 0.25
 """The meshes are seen through the spheres."""
-ROOT_AXIS, TIP_AXIS = 0.06, 0.03
-"""Length of the axes at the root link and at the tips [m]."""
+ROOT_AXIS, TIP_AXIS, UP = 0.06, 0.03, 0.03
+"""Length of the axes at the root link and at the tips, and of the way up at a wrist start [m]."""
 AXIS_WIDTH = 8.0
 """Of an axis [pixel]."""
 
@@ -41,7 +41,14 @@ def _view(hand: Hand, name: str, joints: np.ndarray, sheet: Sheet) -> View:
     labels = tuple(named([finger.name for finger in hand.fingers], tips))
     still = Stage("without object", np.eye(3), np.zeros(3), ())
     balls = tuple(spheres(hand, ORIGIN, joints, SPHERE_OPACITY))
-    return View(name, link_poses(hand, ORIGIN, joints), (*balls, *_axes(hand, joints)), (still,), labels, (sheet,))
+    return View(
+        name,
+        link_poses(hand, ORIGIN, joints),
+        (*balls, *_axes(hand, joints), *_starts(hand)),
+        (still,),
+        labels,
+        (sheet,),
+    )
 
 
 def _axes(hand: Hand, joints: np.ndarray) -> list[Shape]:
@@ -57,3 +64,10 @@ def _axes(hand: Hand, joints: np.ndarray) -> list[Shape]:
         for place, turn, length in zip(places, turns, lengths, strict=True)
         for i, colour in enumerate(palette.AXES.values())
     ]
+
+
+def _starts(hand: Hand) -> list[Shape]:
+    """For each wrist start, the middle of the top face of the object's box and the world's z, seen from the root."""
+    poses = [pin.XYZQUATToSE3(start.pose(np.zeros(3), np.zeros(3))).inverse() for start in hand.wrist_starts]
+    ends = [np.stack([pose.translation, pose.act(np.array([0.0, 0.0, UP]))]) for pose in poses]
+    return [Shape(STARTS, line, np.array([[0, 1]]), palette.INK, width=AXIS_WIDTH) for line in ends]

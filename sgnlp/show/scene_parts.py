@@ -10,10 +10,10 @@ from sgnlp.show.sheets import Sheet
 
 HAND, SURFACE, CLOUD, TABLE, AXES, FRAMES = "hand", "surface", "cloud", "table", "axes", "frame axes"
 CONTACTS, NORMALS, CONES, SPRINGS, SPHERES = "contacts", "normals", "friction cones", "springs", "collision spheres"
-OBJECT, FORCES = "object", "forces"
+OBJECT, FORCES, STARTS = "object", "forces", "wrist starts"
 ARM, OBSTACLES, AVOID, TOUCH = "arm", "obstacles", "regions to avoid", "regions to touch"
 LAYERS = (
-    *(HAND, SURFACE, OBJECT, CLOUD, CONTACTS, NORMALS, CONES, SPRINGS, FORCES, SPHERES, FRAMES),
+    *(HAND, SURFACE, OBJECT, CLOUD, CONTACTS, NORMALS, CONES, SPRINGS, FORCES, SPHERES, FRAMES, STARTS),
     *(ARM, OBSTACLES, AVOID, TOUCH, TABLE, AXES),
 )
 """What can be switched on and off."""
@@ -49,6 +49,7 @@ LEGEND = (
     Entry(FORCES, LINE, palette.GREY, f"force on the object, {1e3 * NEWTON:g} mm for each newton"),
     Entry(SPHERES, BALL, palette.STONE, "collision sphere"),
     *(Entry(FRAMES, LINE, colour, f"{axis} of the root link and of the tips") for axis, colour in palette.AXES.items()),
+    Entry(STARTS, LINE, palette.INK, "top of the object at a wrist start, and the way up"),
     Entry(ARM, PATCH, palette.STONE, "arm"),
     Entry(OBSTACLES, PATCH, palette.STONE, "obstacle"),
     Entry(AVOID, PATCH, palette.RED, "region that fingers stay off"),

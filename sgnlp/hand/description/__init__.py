@@ -10,15 +10,14 @@ import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 from sgnlp.base.errors import InputError
+from sgnlp.hand.description.below import below
 from sgnlp.hand.description.changes import UNCHANGED, Changes, apply_changes
 from sgnlp.hand.description.joints import check_joint
 from sgnlp.hand.description.links import dress, strip
 from sgnlp.hand.description.mimics import resolve_mimics
 from sgnlp.hand.description.mirror import mirror
-from sgnlp.hand.description.mjcf import read_mjcf
 from sgnlp.hand.description.numbers import check_numbers
-from sgnlp.hand.description.tree import check_tree, cut, named
-from sgnlp.hand.description.xml_file import read_xml
+from sgnlp.hand.description.tree import named
 
 __all__ = ["UNCHANGED", "Changes", "description"]
 
@@ -32,13 +31,8 @@ def description(file: Path, root: str | None = None, changes: Changes = UNCHANGE
     Raises:
         InputError: the file is neither, it is xacro, or a link, joint, number, mesh or change of it is not valid.
     """
-    robot = read_xml(file)
+    robot = below(file, root)
     try:
-        if robot.tag == "mujoco":
-            robot = read_mjcf(file, root)
-        else:
-            check_tree(named(robot, "link"), named(robot, "joint"))
-            cut(robot, root)
         _check(robot, changes)
         for name, link in named(robot, "link").items():
             dress(name, link, Path(os.path.abspath(file.parent)))

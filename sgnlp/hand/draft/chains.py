@@ -1,0 +1,93 @@
+"""The fingers: the chains of moving joints below the palm, their tips and their names."""
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from sgnlp.base.errors import InputError
+from sgnlp.hand.draft.skeleton import Skeleton
+from sgnlp.hand.hand_file import MIN_FINGERS
+from sgnlp.hand.model import link
+
+CODES = {"ff": "index", "if": "index", "mf": "middle", "rf": "ring", "lf": "little", "th": "thumb"}
+"""Short forms of the words: Shadow's FFJ1 is a joint of the first finger, LEAP's if_ds a link of the index."""
+CODE = re.compile(r"(?<![a-z])(ff|if|mf|rf|lf|th)(?=j\d|tip|distal|middle|proximal|knuckle|base|[^a-z]|$)")
+WORDS = {
+    "thumb": "thumb",
+    "index": "index",
+    "forefinger": "index",
+    "ring": "ring",
+    "little": "little",
+    "pinky": "little",
+    "middle": "middle",
+}
+"""The middle last: it is a phalanx of each finger too."""
+
+
+@dataclass(frozen=True)
+class Chain:
+    """A finger: its tip's link, and the joints of the model that move that and not the whole hand, root first."""
+
+    name: str | None
+    """By a word in the names of its links and joints; None where there is none."""
+    tip: str
+    joints: tuple[int, ...]
+
+    @property
+    def end(self) -> int:
+        """The joint that carries the tip."""
+        return self.joints[-1]
+
+
+def chains(skeleton: Skeleton, tips: Sequence[str] = ()) -> list[Chain]:
+    """A chain for each end of the tree, or for the links `tips`, in their order.
+
+    Raises:
+        InputError: they are fewer than three, a tip is no link, or two tips move as one.
+    """
+    links = list(tips) or [_tip(skeleton, end) for end in skeleton.ends]
+    model = skeleton.model
+    ends = [model.frames[link(tip, model, "--tips")].parentJoint for tip in links]
+    if len(set(ends)) < max(MIN_FINGERS, len(ends)) or 0 in ends:
+        told = ", ".join(f"'{tip}'" for tip in links) or "none"
+        raise InputError(
+            f"{MIN_FINGERS} tips or more are needed, each behind a moving joint of its own; found {told}; see --tips"
+        )
+    lines = [skeleton.line(end) for end in ends]
+    shared = set(lines[0]).intersection(*lines[1:])
+    own = [tuple(joint for joint in line if joint not in shared) for line in lines]
+    names = [_word(skeleton, tip, line) for tip, line in zip(links, own, strict=True)]
+    twice = {name for name, count in Counter(names).items() if count > 1}
+    return [
+        Chain(None if name in twice else name, tip, line) for name, tip, line in zip(names, links, own, strict=True)
+    ]
+
+
+def _tip(skeleton: Skeleton, end: int) -> str:
+    """Of the links behind the last joint, one that is named a tip, else the farthest from the joint."""
+    model = skeleton.model
+
+    def rank(name: str) -> tuple[bool, float]:
+        place = model.frames[model.getFrameId(name, pin.FrameType.BODY)].placement.translation
+        return "tip" in name.lower(), float(np.linalg.norm(place))
+
+    return max(skeleton.links(end), key=rank)
+
+
+def _word(skeleton: Skeleton, tip: str, line: Sequence[int]) -> str | None:
+    """The finger that a tip and the joints before it, the last first, are named for."""
+    names = [tip]
+    for joint in reversed(line):
+        names += [skeleton.model.names[joint], *skeleton.links(joint)]
+    found = (_finger(name.lower()) for name in names)
+    return next((finger for finger in found if finger), None)
+
+
+def _finger(name: str) -> str | None:
+    if code := CODE.search(name):
+        return CODES[code.group(1)]
+    return next((finger for word, finger in WORDS.items() if word in name), None)

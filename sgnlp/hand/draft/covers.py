@@ -1,0 +1,175 @@
+"""Spheres that cover a link: as few as leave no point of its meshes more than 3 mm outside.
+
+Of candidates c inside the link, each with the largest radius r that bulges out by no more than is allowed,
+r = depth(c) + bulge, the least number is chosen so that each point p of the skin has a |p - c| ≤ r + 3 mm: a set cover,
+solved as an integer program. Then each radius is made as small as its points allow.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import Bounds, LinearConstraint, milp
+from scipy.spatial.distance import cdist
+
+from sgnlp.base.arrays import Array, BoolArray
+from sgnlp.base.errors import InputError
+from sgnlp.hand.draft.pads import Pad
+from sgnlp.hand.draft.solids import CELL, Solid
+from sgnlp.perception.synthetic.meshes import unit_sphere
+
+OUTSIDE = 0.003
+"""How far the skin may be outside of all spheres [m]."""
+ROUNDING = 0.0001
+"""What is left of it to the digits of the hand's file [m]."""
+RESERVE = 0.0003
+"""How much of it is kept for the points of the skin between those that are looked at [m]."""
+POINTS, ADDED, CANDIDATES = 400, 150, 400
+"""Of the skin that are looked at first, those added of what is left bare, and centres: half a second a link."""
+BULGE = 0.6
+"""How far spheres may bulge, in half thicknesses of the link, if nothing is asked: 6 mm on an Allegro's finger."""
+THIN = 0.004
+"""Least of it [m]: a thin plate would need a sphere every few millimetres."""
+STEP = 0.002
+"""Between candidates on the axes of the joint's frame [m]."""
+OFF_AXIS = 1.1
+"""What a sphere costs off the axes of the joint's frame, where derivatives are less sparse, if one on them costs 1."""
+SHY = (0.008, 0.006, 0.004, 0.002, 0.0)
+"""How far spheres stay behind a pad where it looks [m]: what plans leave between links and object at contact, or the
+most that is possible. A sphere beside a broad pad would else keep it off the object."""
+GAP, NODES = 0.15, 50
+"""Where the integer program ends: this near the best bound, or after so many nodes."""
+DIRECTIONS = 200
+"""In which the bulge of a sphere is measured."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ball:
+    """A sphere in the frame of a joint."""
+
+    centre: Array  # (3,) [m]
+    radius: float  # [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Cover:
+    """The spheres of a link and how well they fit."""
+
+    balls: tuple[Ball, ...]
+    outside: float
+    """How far [m] the skin is outside of all spheres at most; negative if they enclose it."""
+    excess: float
+    """How far [m] the spheres are outside of the link at most."""
+
+
+def cover(skin: Array, bulge: float | None = None, pad: Pad | None = None, on_axes: bool = True) -> Cover:
+    """Spheres that cover the skin (K, 3) [m] of a link beside its pad, bulging by `bulge` [m] at most.
+
+    Without one, they may bulge in proportion to the link's thickness. With `on_axes`, centres on the axes of the frame
+    are preferred.
+    """
+    solid = Solid(skin)
+    bulge = max(THIN, BULGE * solid.thickness / 2) if bulge is None else bulge
+    given = [Ball(pad.centre, pad.radius)] if pad else []
+    points, balls = _spread(skin, POINTS), []
+    points = points[_gaps(points, given) > OUTSIDE - ROUNDING]
+    centres, radii, costs = _candidates(solid, bulge, on_axes)
+    radii = _behind(pad, points, centres, radii) if pad else radii
+    while len(points):
+        balls = _chosen(points, centres, radii, costs)
+        bare = skin[_gaps(skin, [*balls, *given]) > OUTSIDE - ROUNDING]
+        if not len(bare):
+            break
+        points = np.vstack([points, _spread(bare, ADDED)])
+    return Cover(tuple(balls), float(_gaps(skin, [*balls, *given]).max()), _excess(solid, balls))
+
+
+def _candidates(solid: Solid, bulge: float, on_axes: bool) -> tuple[Array, Array, Array]:
+    """Centres (C, 3), radii (C,) [m] and costs (C,)."""
+    reach = float(solid.cell * max(solid.filled.shape) + np.abs(solid.low).max())
+    along = np.arange(-reach, reach, STEP)
+    lines = np.vstack([along[:, None] * axis for axis in np.eye(3)]) if on_axes else np.zeros((0, 3))
+    lines = lines[solid.depth(lines) > 0] if len(lines) else lines
+    middles = solid.middles(CANDIDATES)
+    centres = np.vstack([lines, middles])
+    costs = np.r_[np.ones(len(lines)), np.full(len(middles), OFF_AXIS if on_axes else 1.0)]
+    return centres, solid.depth(centres) + bulge, costs
+
+
+def _behind(pad: Pad, points: Array, centres: Array, radii: Array) -> Array:
+    """The radii (C,) [m] with which spheres stay behind the pad where it looks, as far as still covers all points."""
+    end = pad.normal @ pad.centre + pad.radius
+    for shy in SHY:
+        less = np.minimum(radii, end - shy - centres @ pad.normal)
+        if (cdist(points, centres) <= less + OUTSIDE - RESERVE).any(axis=1).all():
+            return less
+    return radii
+
+
+def _chosen(points: Array, centres: Array, radii: Array, costs: Array) -> list[Ball]:
+    """The cheapest candidates that cover all points, made as small as these allow."""
+    distances = cdist(points, centres)
+    covered = distances <= radii + OUTSIDE - RESERVE
+    bare = ~covered.any(axis=1)
+    rows = LinearConstraint(np.unique(covered[~bare], axis=0).astype(float), lb=1)
+    found = milp(
+        costs,
+        constraints=rows,
+        integrality=np.ones(len(costs), int),
+        bounds=Bounds(0, 1),
+        options={"mip_rel_gap": GAP, "node_limit": NODES},
+    )
+    if found.x is None:
+        raise InputError("a link cannot be covered by spheres; look at its mesh")
+    chosen = np.flatnonzero(found.x > 0.5)
+    balls = _shrunk(distances[~bare][:, chosen], covered[~bare][:, chosen], centres[chosen])
+    return balls + _lone(points[bare])
+
+
+def _shrunk(distances: Array, covered: BoolArray, centres: Array) -> list[Ball]:
+    """Spheres as small as the points allow that no other one covers, the one with the most points first."""
+    left, balls = covered.copy(), []
+    for j in np.argsort(-covered.sum(axis=0), kind="stable"):
+        others = np.delete(left, j, axis=1).any(axis=1)
+        own = left[:, j] & ~others
+        if not own.any():
+            left[:, j] = False
+            continue
+        radius = float(distances[own, j].max()) - OUTSIDE + RESERVE
+        left[:, j] = distances[:, j] <= radius + OUTSIDE - RESERVE
+        balls.append(Ball(centres[j], max(radius, OUTSIDE)))
+    return balls
+
+
+def _lone(points: Array) -> list[Ball]:
+    """A sphere for each part of the skin that no candidate reaches, such as a thin wire."""
+    balls = []
+    while len(points):
+        balls.append(Ball(points[0], OUTSIDE))
+        points = points[np.linalg.norm(points - points[0], axis=1) > 2 * OUTSIDE - RESERVE]
+    return balls
+
+
+def _spread(points: Array, count: int) -> Array:
+    """About `count` of the points, one in each cell of a grid that is as fine as that needs."""
+    size = float(np.linalg.norm(np.ptp(points, axis=0)))
+    for cell in max(size, CELL) / np.geomspace(4, 200, 20):
+        index = np.floor((points - points.min(axis=0)) / cell).astype(int)
+        _, first = np.unique(np.ravel_multi_index(tuple(index.T), tuple(index.max(axis=0) + 1)), return_index=True)
+        if len(first) >= count:
+            break
+    return points[np.sort(first)]
+
+
+def _gaps(points: Array, balls: Sequence[Ball]) -> Array:
+    """How far (K,) [m] points are outside of all spheres."""
+    if not balls:
+        return np.full(len(points), np.inf)
+    centres, radii = np.array([ball.centre for ball in balls]), np.array([ball.radius for ball in balls])
+    return np.asarray((cdist(points, centres) - radii).min(axis=1))
+
+
+def _excess(solid: Solid, balls: Sequence[Ball]) -> float:
+    """How far [m] spheres are outside of the solid at most."""
+    around = unit_sphere(DIRECTIONS).vertices
+    return max((-float(solid.depth(ball.centre + ball.radius * around).min()) for ball in balls), default=0.0)

@@ -1,0 +1,72 @@
+"""A hand's file from its description: the guesses put together."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from sgnlp.hand.description import Changes, description
+from sgnlp.hand.description.endless import endless
+from sgnlp.hand.draft import body, chains, order, pairs, palm, reference, strength, wrist
+from sgnlp.hand.draft.skeleton import Skeleton
+from sgnlp.hand.model import joint_model
+
+TURN, SLIDE = (-1.5708, 1.5708), (-0.02, 0.02)
+"""Limits of a joint for which the description has none: a quarter turn either way [rad], 2 cm [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """What a hand's file says, and how well each guess fits."""
+
+    file: Path
+    """The description that it was drafted from."""
+    changes: Changes
+    body: body.Body
+    reference: reference.Reference
+    wrist: wrist.Wrist
+    strength: strength.Strength
+    pairs: pairs.Pairs
+    ordered: bool
+    """Whether the fingers and their order were guessed, not given."""
+    searched: bool
+    """Whether the palm was."""
+
+    @property
+    def name(self) -> str:
+        """What the description calls the hand, or its file."""
+        return str(self.body.skeleton.model.name) or self.file.stem
+
+
+def draft(file: Path, root: str | None = None, tips: Sequence[str] = (), mirror: bool = False) -> Draft:
+    """A draft of the hand below the link `root`, or below the only one that can be a palm, with fingers to `tips`.
+
+    Raises:
+        InputError: the file is no description, or several links or none can be a palm, or there are too few fingers.
+    """
+    palm_link = root or palm.palm(_skeleton(file, None, _changes(file, None, mirror=False)))
+    changes = _changes(file, palm_link, mirror)
+    skeleton = _skeleton(file, palm_link, changes)
+    fitted = body.body(skeleton, chains.chains(skeleton, tips))
+    fitted, relaxed = order.ordered(fitted, reference.reference(fitted), keep=bool(tips))
+    return Draft(
+        file=file,
+        changes=changes,
+        body=fitted,
+        reference=relaxed,
+        wrist=wrist.wrist(fitted, relaxed),
+        strength=strength.strength(fitted, relaxed.thumb),
+        pairs=pairs.pairs(fitted, relaxed.joints),
+        ordered=not tips,
+        searched=root is None,
+    )
+
+
+def _changes(file: Path, root: str | None, mirror: bool) -> Changes:
+    """The mirror image where it is asked for, and limits for the joints that have none."""
+    limits = {name: TURN if turns else SLIDE for name, turns in endless(file, root).items()}
+    return Changes(limits=limits, mirror=mirror)
+
+
+def _skeleton(file: Path, root: str | None, changes: Changes) -> Skeleton:
+    text = description(file, root, changes)
+    return Skeleton(file, text, joint_model(text))

@@ -1,0 +1,41 @@
+"""The order of the fingers, from the thumb's neighbour on and the thumb last, and names for those that have none."""
+
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from sgnlp.base.arrays import Array
+from sgnlp.hand.draft.body import Body
+from sgnlp.hand.draft.reference import Reference
+from sgnlp.hand.draft.wrist import bases
+
+ROWS = {4: ("index", "middle", "ring"), 5: ("index", "middle", "ring", "little")}
+"""What the fingers beside a thumb are called, by the number of all."""
+
+
+def ordered(body: Body, reference: Reference, keep: bool = False) -> tuple[Body, Reference]:
+    """Both with the fingers in order, or in the given one with `keep`, and each finger with a name.
+
+    Fingers that no link or joint names are named by their place beside the thumb, where a hand has four or five, else
+    for the links of their tips.
+    """
+    m = len(body.chains)
+    order = list(range(m)) if keep else _order(bases(body, reference.joints), reference.thumb)
+    chains = [body.chains[i] for i in order]
+    thumb = order.index(reference.thumb)
+    names = [chain.name for chain in chains]
+    if not any(names) and m in ROWS and not keep:
+        names = [*ROWS[m], "thumb"]
+    named = tuple(replace(chain, name=name or chain.tip) for chain, name in zip(chains, names, strict=True))
+    return replace(body, chains=named, pads=tuple(body.pads[i] for i in order)), replace(reference, thumb=thumb)
+
+
+def _order(places: Array, thumb: int) -> list[int]:
+    """The fingers along the line between the two bases that are farthest apart, the thumb's side first."""
+    row = [i for i in range(len(places)) if i != thumb]
+    one, other = max(combinations(row, 2), key=lambda pair: float(np.linalg.norm(places[pair[0]] - places[pair[1]])))
+    line = places[other] - places[one]
+    along = (places - places[one]) @ line
+    far = along[thumb] > line @ line / 2
+    return [*sorted(row, key=lambda i: -along[i] if far else along[i]), thumb]

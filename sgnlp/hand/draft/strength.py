@@ -1,0 +1,56 @@
+"""How strong the joints are, and how stiff the springs may be that they bear."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sgnlp.base.arrays import Array, BoolArray
+from sgnlp.hand.draft.body import Body
+from sgnlp.hand.draft.reference import finger_length
+from sgnlp.hand.findings import MAX_EFFORT
+
+FORCE = 5.0
+"""What a finger without a plausible effort is taken to press with [N], stretched: 0.7 N m at an Allegro's 14 cm."""
+LEAST, MOST = 2.0, FORCE
+"""Bounds of the force that gains follow from [N]: with less nothing is held, and a light object bears no more."""
+INITIAL, LOWER, UPPER = 16.0, 8.0, 80.0
+"""Gains over force [1/m]: 80, 40 and 400 N/m of the paper and of the release, at an Allegro's 5 N."""
+DIGITS = 10.0
+"""Gains are rounded to so many N/m."""
+
+
+@dataclass(frozen=True, eq=False)
+class Strength:
+    """Efforts and gains of a hand."""
+
+    effort: Array  # (n,) [N m or N]
+    told: BoolArray  # (n,) whether the description gives it
+    force: float  # [N] of the median finger, stretched
+    lower: float  # [N/m]
+    upper: float  # [N/m]
+    initial: tuple[float, ...]  # (m,) [N/m]
+
+
+def strength(body: Body, thumb: int) -> Strength:
+    """The description's efforts where they are plausible, else a default; gains in proportion to the force at the tips.
+
+    The thumb's spring is as stiff as those of two fingers, since it holds against all.
+    """
+    length = finger_length(body)
+    given = np.array(body.skeleton.model.upperEffortLimit)
+    told = (given > 0) & (given <= MAX_EFFORT)
+    effort = np.where(told, given, FORCE * length)
+    model = body.skeleton.model
+    own = [[model.idx_qs[joint] for joint in chain.joints] for chain in body.chains]
+    force = float(np.median([effort[joints].min() for joints in own]) / length)
+    lower, upper, initial = (
+        DIGITS * round(k * float(np.clip(force, LEAST, MOST)) / DIGITS) for k in (LOWER, UPPER, INITIAL)
+    )
+    return Strength(
+        effort=effort,
+        told=told,
+        force=force,
+        lower=lower,
+        upper=upper,
+        initial=tuple(initial * (2 if i == thumb else 1) for i in range(len(body.chains))),
+    )
