@@ -20,9 +20,10 @@ from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.motion.files import load_trajectory
 from sgnlp.planning.motion.trajectory import Trajectory
 from sgnlp.planning.plan import Plan
+from sgnlp.planning.replan import Touch, replan
 from sgnlp.planning.results import load_grasps
 from sgnlp.planning.shape_files import load_shapes, painted
-from sgnlp.planning.solve import solve
+from sgnlp.planning.solve import improve, solve
 from sgnlp.planning.solvers.ipopt import Ipopt
 from sgnlp.planning.solvers.solver import Answer, NlpInstance, Solver
 from sgnlp.program.constraint import Constraint
@@ -52,10 +53,12 @@ __all__ = [
     "Shape",
     "Solver",
     "Term",
+    "Touch",
     "Trajectory",
     "constraints",
     "extension",
     "from_depth",
+    "improve",
     "load",
     "load_grasps",
     "load_hand",
@@ -64,6 +67,7 @@ __all__ = [
     "observe",
     "painted",
     "preset",
+    "replan",
     "segment",
     "simulate",
     "solve",

@@ -29,6 +29,7 @@ import hypothesis  # noqa: E402
 import pytest  # noqa: E402
 
 LONGEST = (
+    "test_placement_functions",
     "test_pages",
     "test_batch",
     "test_cli",

@@ -3,6 +3,11 @@
 import shutil
 from pathlib import Path
 
+import pytest
+
+from sgnlp.base.errors import NotInstalledError
+from sgnlp.hand.hand import Hand, load_hand
+
 THREE = Path(__file__).parent / "golden" / "three_fingers"
 BENT = '<axis xyz="0 0.8 0.6"/>'
 MULTIPLIER, OFFSET = -0.5, 0.2
@@ -26,6 +31,14 @@ def coupled(target: Path) -> Path:
     mimic = f'{BENT}<mimic joint="a_bend" multiplier="{MULTIPLIER}" offset="{OFFSET}"/>'
     changed(target, "hand.urdf", (BENT, mimic))
     return changed(target, "hand.yaml", (", b_curl: 0.3", ""))
+
+
+def installed(name: str) -> Hand:
+    """A hand of the package; the test is skipped where what describes it is not installed."""
+    try:
+        return load_hand(name)
+    except NotInstalledError as error:
+        pytest.skip(str(error))
 
 
 def weighed(folder: Path) -> Path:

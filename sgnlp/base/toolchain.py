@@ -1,4 +1,4 @@
-"""The system's C compiler and the user's cache of what it has built.
+"""The user's cache of what compilers have built.
 
 A library is cached under a key of its sources, flags, compiler and processor. A finished build is moved into place in
 one step, so several processes can build at once, and a reader finds a whole library or none. Each library ends with its
@@ -12,24 +12,21 @@ import shutil
 import stat
 import subprocess
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import lru_cache
-from itertools import dropwhile
 from pathlib import Path
 
+from filelock import FileLock
 from platformdirs import user_cache_path
 
+from sgnlp.base.compilers import C, Compiler
 from sgnlp.base.errors import MachineError, SolverError, gives_out
 
-TIMEOUT = 300.0
-"""Longest time that a compiler may take for one file [s]; it usually takes 1 to 3."""
-SHARED = ("-shared", "-fPIC")
-LIBRARIES = ("-lm",)
-COMPILERS = ("cc", "gcc", "clang")
-"""Compilers in the order in which they are tried where $CC is not set."""
-WRAPPERS = frozenset({"ccache", "sccache", "distcc"})
-"""Wrappers that are removed from $CC: builds are cached here anyway, and a wrapper may be missing or need a home."""
+TIMEOUT = 900.0
+"""Longest time that a compiler may take for one file [s]; it takes 1 to 3 for one of C, 40 to 150 for that of C++."""
 BUILDING = ".build-"
 """How the names of folders begin in which something is being built."""
 SIZE_BYTES, DIGEST = 8, hashlib.sha256
@@ -37,6 +34,19 @@ SIZE_BYTES, DIGEST = 8, hashlib.sha256
 ELSEWHERE = "set XDG_CACHE_HOME to a folder that can be written and holds programs"
 FULL = "No space left on device"
 """Part of what a compiler prints when the disk is full."""
+
+
+@dataclass(frozen=True)
+class Linking:
+    """By which compiler, and with what before and after the objects."""
+
+    compiler: Compiler
+    flags: tuple[str, ...]
+    libraries: tuple[str, ...]
+
+
+LIBRARY = Linking(C, ("-shared", "-fPIC"), ("-lm",))
+"""A shared library of C."""
 
 
 def cache_folder() -> Path:
@@ -90,43 +100,10 @@ def clear() -> None:
         raise SolverError(f"the cache '{cache_folder()}' cannot be cleared: {error.strerror}") from None
 
 
-def compiler() -> list[str] | None:
-    """The words of $CC, such as `gcc -std=gnu11`, or cc, gcc, clang where it is not set; None if there is none."""
-    named = os.environ.get("CC", "").strip()
-    if named and (whole := shutil.which(named)):  # a path with blanks in it, too
-        return [whole]
-    try:
-        words = shlex.split(named)
-    except ValueError:
-        return None
-    words = list(dropwhile(lambda word: Path(word).name in WRAPPERS, words))
-    if not words:
-        return next(([found] for found in map(shutil.which, COMPILERS) if found), None)
-    found = shutil.which(words[0])
-    return [found, *words[1:]] if found else None
-
-
-def compiler_fault() -> str:
-    """Why there is no compiler that starts, with the remedy; "" if there is one."""
-    words, named = compiler(), os.environ.get("CC", "").strip()
-    if words is None:
-        return (
-            f"no C compiler: $CC is '{named}', which is not found; unset CC or name one that is"
-            if named
-            else f"no C compiler: none of {', '.join(COMPILERS)} is on PATH; install one, or name it in CC"
-        )
-    try:
-        asked = subprocess.run([*words, "--version"], capture_output=True, timeout=10)
-    except (OSError, subprocess.SubprocessError) as error:
-        return f"the C compiler '{shlex.join(words)}' does not start: {getattr(error, 'strerror', None) or error}"
-    return _complaint(words, asked.stderr or asked.stdout) if asked.returncode else ""
-
-
-def fingerprint(*parts: str | bytes) -> str:
+def fingerprint(*parts: str | bytes, compiler: Compiler = C) -> str:
     """A digest of parts, of the compiler and of the processor."""
-    identity = " ".join(map(_identity, compiler() or ())) or "none"
     digest = hashlib.sha256()
-    for part in (*parts, identity, processor()):
+    for part in (*parts, compiler.identity(), processor()):
         data = part.encode() if isinstance(part, str) else part
         digest.update(len(data).to_bytes(8, "big") + data)
     return digest.hexdigest()[:24]
@@ -139,28 +116,53 @@ def build(
     jobs: int = 1,
     progress: Callable[[int, int], None] = lambda done, total: None,
     note: bytes = b"",
+    linking: Linking = LIBRARY,
 ) -> None:
-    """Compile C files, `jobs` at a time, link and seal them with a note, and move the library to `target`.
+    """Compile files, `jobs` at a time, link and seal them with a note, and move what comes of it to `target`.
 
     Raises:
         SolverError: there is no compiler, it fails, or the folder cannot be written.
         MachineError: there is no room for it.
     """
-    words = compiler()
-    if words is None:
-        raise SolverError(compiler_fault())
-    if fault := _fault(target.parent, writing=True):
-        raise SolverError(f"the cache '{target.parent}' {fault}; {ELSEWHERE}")
+    if linking.compiler.words() is None:
+        raise SolverError(linking.compiler.fault())
+    with _inside(target.parent) as folder:
+        _compile(linking, folder, target.name, sources, flags, jobs, progress)
+        library = folder / target.name
+        library.write_bytes(_sealed(library.read_bytes(), note))
+        os.replace(library, target)
+
+
+def keep(target: Path, note: bytes) -> None:
+    """Put a note into the cache that no library comes with.
+
+    Raises:
+        SolverError: the folder cannot be written.
+        MachineError: there is no room for it.
+    """
+    with _inside(target.parent) as folder:
+        (folder / target.name).write_bytes(_sealed(b"", note))
+        os.replace(folder / target.name, target)
+
+
+def once(target: Path, make: Callable[[], None], compiler: Compiler = C) -> None:
+    """Make a file of the cache, unless it is there; one process makes it and others that want the same wait for it.
+
+    Raises:
+        SolverError: there is no compiler, or the folder cannot be written; what `make` raises, too.
+        MachineError: there is no room for it.
+    """
+    if note_of(target) is not None:
+        return
+    if fault := cache_fault() or compiler.fault():
+        raise SolverError(fault)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=BUILDING) as name:
-            _compile(words, Path(name), target.name, sources, flags, jobs, progress)
-            library = Path(name, target.name)
-            library.write_bytes(_sealed(library.read_bytes(), note))
-            os.replace(library, target)
-    except OSError as error:
-        kind = MachineError if gives_out(error) else SolverError
-        raise kind(f"the cache '{target.parent}' cannot be written: {error.strerror}; {ELSEWHERE}") from None
+        with FileLock(target.with_suffix(".lock")):
+            if note_of(target) is None:
+                make()
+    except OSError as error:  # of the lock
+        raise _unwritten(target.parent, error) from None
 
 
 def note_of(library: Path) -> bytes | None:
@@ -186,8 +188,26 @@ def processor() -> str:
     return "\n".join(line for line in lines if line.startswith(("model name", "flags", "Features")))
 
 
+@contextmanager
+def _inside(cache: Path) -> Iterator[Path]:
+    """A folder in the cache that goes at the end."""
+    if fault := _fault(cache, writing=True):
+        raise SolverError(f"the cache '{cache}' {fault}; {ELSEWHERE}")
+    try:
+        cache.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=cache, prefix=BUILDING) as name:
+            yield Path(name)
+    except OSError as error:
+        raise _unwritten(cache, error) from None
+
+
+def _unwritten(cache: Path, error: OSError) -> SolverError | MachineError:
+    kind = MachineError if gives_out(error) else SolverError
+    return kind(f"the cache '{cache}' cannot be written: {error.strerror or error}; {ELSEWHERE}")
+
+
 def _compile(
-    words: Sequence[str],
+    linking: Linking,
     folder: Path,
     name: str,
     sources: Mapping[str, str],
@@ -199,6 +219,8 @@ def _compile(
     for file, text in sources.items():
         (folder / file).write_text(text, encoding="utf-8")
     files = sorted(sources, key=lambda file: -len(sources[file]))
+    words, compiler = linking.compiler.words() or [], linking.compiler
+    told = f"the {compiler.language} compiler '{shlex.join(words)}'"
     environment = os.environ | {"TMPDIR": str(folder), "LC_ALL": "C"}
 
     def run(*arguments: str) -> None:
@@ -206,41 +228,24 @@ def _compile(
         try:
             done = subprocess.run(command, cwd=folder, capture_output=True, timeout=TIMEOUT, env=environment)
         except subprocess.TimeoutExpired:
-            raise SolverError(f"the C compiler '{shlex.join(words)}' takes longer than {TIMEOUT:g} s") from None
+            raise SolverError(f"{told} takes longer than {TIMEOUT:g} s") from None
         if done.returncode and FULL.encode() in done.stderr + done.stdout:
             raise MachineError(f"there is no room in the cache '{folder.parent}' ({FULL}); make some, or {ELSEWHERE}")
         if done.returncode:
-            raise SolverError(_complaint(words, done.stderr or done.stdout))
+            raise SolverError(compiler.complaint(words, done.stderr or done.stdout))
 
     with ThreadPoolExecutor(jobs) as pool:  # the threads only wait for compilers
         for done, _ in enumerate(pool.map(lambda file: run(*flags, "-fPIC", "-c", file), files), start=1):
             progress(done, len(files))
     objects = [f"{Path(file).stem}.o" for file in files]
-    run(*SHARED, "-o", name, *objects, *LIBRARIES)
+    run(*linking.flags, "-o", name, *objects, *linking.libraries)
     if not (folder / name).is_file():
-        raise SolverError(f"the C compiler '{shlex.join(words)}' ends well, but makes no library; name another in CC")
+        raise SolverError(f"{told} ends well, but makes no library; name another in {compiler.variable}")
 
 
 def _sealed(content: bytes, note: bytes) -> bytes:
     content += note + len(note).to_bytes(SIZE_BYTES, "big")
     return content + DIGEST(content).digest()
-
-
-def _complaint(words: Sequence[str], output: bytes) -> str:
-    """That a compiler fails, in its own words: the line with its error, else its first."""
-    lines = [line.strip() for line in output.decode(errors="replace").splitlines() if line.strip()]
-    said = next((line for line in lines if "error" in line.lower()), lines[0] if lines else "it says nothing")
-    where = "$CC" if os.environ.get("CC", "").strip() else "the C compiler"
-    return f"{where} '{shlex.join(words)}' fails: {said}; name another in CC"
-
-
-def _identity(word: str) -> str:
-    """What identifies a word of $CC: of a program its path, size and time of change, of an option the word itself."""
-    program = os.path.realpath(shutil.which(word) or "")
-    if not os.path.isfile(program):
-        return word
-    status = os.stat(program)
-    return f"{program} {status.st_size} {status.st_mtime_ns}"
 
 
 def _usual_folder() -> Path | None:

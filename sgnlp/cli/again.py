@@ -11,6 +11,7 @@ from sgnlp.base.presets import PRESETS, VARIANTS, preset
 from sgnlp.cli.flags import Observing
 from sgnlp.perception.observation import PLAIN
 from sgnlp.planning import reopen
+from sgnlp.planning.ending import Ending
 from sgnlp.planning.solvers import SOLVERS, settled
 from sgnlp.planning.surroundings import Surroundings
 
@@ -29,6 +30,7 @@ def command(meta: Mapping[str, Any], folder: Path) -> str:
     words += differences(asdict(PLAIN), asdict(reopen.reading(dict(meta))))
     for name in ("hand", "starts", "seed", "timeout"):
         words += changed("", {name: getattr(DEFAULTS, name)}, meta)
+    words += changed("", asdict(Ending()), meta)
     arm = meta.get("arm")
     words += ["--arm", arm["name"], "--arm-base", *map(str, arm["base"])] if arm else []
     usual = settled(None, reopen.settings(dict(meta)).solver).name

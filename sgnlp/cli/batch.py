@@ -19,7 +19,7 @@ from sgnlp.base.checked import POSITIVE
 from sgnlp.base.errors import InputError, MachineError, SolverError
 from sgnlp.base.exclusive import alone
 from sgnlp.cli import codes, compiling, lacks
-from sgnlp.cli.flags import ROWS, Abstaining, Extending, Observing, Surrounding, Tabling, made
+from sgnlp.cli.flags import ROWS, Abstaining, Ended, Extending, Observing, Surrounding, Tabling, made
 from sgnlp.cli.progress import Bar, bars
 from sgnlp.hand.arm import available_arms
 from sgnlp.hand.hand import Hand, available_hands, told
@@ -33,7 +33,7 @@ MADE = "made.json"
 
 
 @dataclass(kw_only=True)
-class Batch(Abstaining, Extending, Surrounding, Tabling, Observing):
+class Batch(Abstaining, Ended, Extending, Surrounding, Tabling, Observing):
     """Plan grasps for many clouds, each into its own folder; run it again to continue where it ended."""
 
     files: tyro.conf.Positional[tuple[Path, ...]]
@@ -110,6 +110,7 @@ class Batch(Abstaining, Extending, Surrounding, Tabling, Observing):
             count=self.starts,
             seed=self.seed,
             timeout=self.timeout,
+            ending=self.ending,
             solver=self.solver,
             reading=self.reading,
             extension=self.extension,
@@ -124,7 +125,7 @@ class Batch(Abstaining, Extending, Surrounding, Tabling, Observing):
     def _made(self, hand: Hand) -> dict[str, Any]:
         """How and by which process the rows are made; they depend on `study` and on the clouds."""
         flags = {key: value for key, value in asdict(self).items() if key != "files"}
-        study = {key: flags[key] for key in ("seed", "starts", "solver", "reading", "settings")}
+        study = {key: flags[key] for key in ("seed", "starts", "first", "deadline", "solver", "reading", "settings")}
         study |= {"hand": hand.name, "arm": told(hand), "surroundings": self.surroundings.plain()}
         process = {"process": os.getpid(), "host": platform.node()}
         plain = json.loads(json.dumps({"batch": flags, "study": study}, default=str))

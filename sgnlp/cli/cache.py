@@ -20,7 +20,10 @@ from sgnlp.show import tables
 
 @dataclass(kw_only=True)
 class Cache(Extending, Planning):
-    """Show, build or clear the compiled functions. A build takes half a minute and serves every object."""
+    """Show, build or clear the compiled functions. A build takes half a minute and serves every object.
+
+    For a hand of your own it takes a minute more, once for all hands: Pinocchio's kinematics are compiled, too.
+    """
 
     build: bool = False
     """compile for the hand and the settings given, unless that is done"""
@@ -38,11 +41,14 @@ class Cache(Extending, Planning):
         if self.clear:
             toolchain.clear()
         if self.build:
+            with bars(console) as bar:
+                fault = compiling.build_kinematics(self.robot, bar)
+            console.print(fault, soft_wrap=True, end="\n" if fault else "")
             hand = self.robot
             structures = self.additions.structures(self.settings, replace(self.around, carried=hand.arm is not None))
             with bars(console) as bar:
                 compiling.build(hand, structures, self.jobs, bar)
-        libraries = [file for file in toolchain.entries() if file.suffix == ".so"]
-        sizes = {file.name: f"{file.stat().st_size / 1e6:.2f} MB" for file in libraries}
+        built = [file for file in toolchain.entries() if file.suffix != ".lock"]
+        sizes = {file.name: f"{file.stat().st_size / 1e6:.2f} MB" for file in built}
         console.print(tables.facts_table(f"Compiled, in {toolchain.cache_folder()}", sizes))
         return 0

@@ -11,13 +11,16 @@ from typing import Protocol
 from rich.console import Console
 
 from sgnlp.base import toolchain
+from sgnlp.base.compilers import C
 from sgnlp.base.errors import MachineError, SolverError
 from sgnlp.base.flags import changed, differences
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
 from sgnlp.cli.flags import Planning
 from sgnlp.cli.progress import Bar
+from sgnlp.hand import placement_functions
 from sgnlp.hand.hand import Hand
+from sgnlp.hand.placements import BACKENDS
 from sgnlp.planning.additions import Additions
 from sgnlp.program import compiled
 from sgnlp.program.around import ALONE, Around
@@ -42,6 +45,23 @@ class Asked(Protocol):
 
     @property
     def additions(self) -> Additions: ...  # noqa: D102
+
+
+def build_kinematics(hand: Hand, bar: Callable[[str, int | None], Bar]) -> str:
+    """Build Pinocchio's placements of the hand's joints and its arm's, unless they run here; why that cannot be done.
+
+    A hand that is loaded after it moves by them. Without them it moves by a walk over its model, with the same results.
+    """
+    if hand.kinematics != BACKENDS[-1]:
+        return ""
+    try:
+        progress = bar("compiling kinematics", len(hand.models)).advance
+        for model in hand.models:
+            placement_functions.build(model)
+            progress(model)
+    except (SolverError, MachineError) as error:
+        return f"Pinocchio's kinematics cannot be compiled; a walk over the model gives the same: {error}"
+    return ""
 
 
 def build(hand: Hand, structures: Sequence[Structure], jobs: int, bar: Callable[[str, int | None], Bar]) -> None:
@@ -75,7 +95,7 @@ def offer(console: Console, hand: Hand, asked: Asked, around: Around = ALONE) ->
     if not missing(hand, asked, around):
         return
     if not compiled.can_compile() or native.library() is None:
-        why = toolchain.cache_fault() or toolchain.compiler_fault() or native.attempt()[1]
+        why = toolchain.cache_fault() or C.fault() or native.attempt()[1]
         console.print(f"The functions are interpreted, which takes about twice as long: {why}", soft_wrap=True)
         return
     command = ["cache", "--build", *_flags(asked, around)]

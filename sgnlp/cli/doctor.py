@@ -7,6 +7,8 @@ from typing import Any
 from rich.console import Console
 
 from sgnlp.base import semaphores, toolchain
+from sgnlp.base.compilers import CPP, C
+from sgnlp.hand import placement_functions
 from sgnlp.planning import environment
 from sgnlp.show import tables
 from sgnlp.surface import native
@@ -23,7 +25,7 @@ class Doctor:
             "versions": environment.versions(),
             "solvers": {name: "found" if found else "missing" for name, found in environment.solvers().items()},
             "evaluated by": {
-                "forward kinematics": environment.kinematics_backend(),
+                "forward kinematics": environment.kinematics_backends(),
                 "surface": "NumPy" if native.library() is None else "compiled C",
             },
         }
@@ -36,11 +38,15 @@ class Doctor:
 
 def _machine() -> dict[str, str]:
     """What compiling and several processes need: where it is, or what is wrong and how to fix it."""
-    fault = toolchain.compiler_fault() or toolchain.cache_fault() or native.attempt()[1]
+    fault = C.fault() or toolchain.cache_fault() or native.attempt()[1]
     passed = toolchain.passed_over()
     facts = {
-        "C compiler": toolchain.compiler_fault() or shlex.join(toolchain.compiler() or ()),
+        "C compiler": C.fault() or shlex.join(C.words() or ()),
+        "C++ compiler": CPP.fault() or shlex.join(CPP.words() or ()),
         "cache": toolchain.cache_fault() or f"{toolchain.cache_folder()}{f' ({passed})' if passed else ''}",
         "worker processes": semaphores.fault() or "as many as --jobs asks for",
     }
+    facts |= {f"kinematics by {using}": lack or "runs" for using, lack in environment.kinematics_lacks().items()}
+    own = placement_functions.fault() or "sgnlp cache --build --hand FOLDER compiles Pinocchio's"
+    facts["kinematics of a hand of your own"] = own
     return facts | ({"surface in NumPy": fault} if native.library() is None else {})

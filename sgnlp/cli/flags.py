@@ -19,6 +19,7 @@ from sgnlp.perception import clouds
 from sgnlp.perception.observation import PLAIN, Reading
 from sgnlp.planning import environment, results
 from sgnlp.planning.additions import NOTHING, Additions
+from sgnlp.planning.ending import Ending
 from sgnlp.planning.extension import Extension, extension
 from sgnlp.planning.shape_files import load_shapes
 from sgnlp.planning.solvers import solver_named
@@ -97,6 +98,21 @@ class Abstaining:
 
     min_confidence: Annotated[float, (0.0, 1.0)] = 0.0
     """abstain, with exit code 1, where the first choice's confidence is below this or unknown; 0: never"""
+
+
+@dataclass(kw_only=True)
+class Ended:
+    """When an object's search ends before all of its starts have."""
+
+    first: Annotated[int | None, POSITIVE] = None
+    """end when so many feasible grasps are known, counted in the order of the starts; if not given, try them all"""
+    deadline: Annotated[float | None, POSITIVE] = None
+    """end so long after the cloud was read, with the best known by then [s]"""
+
+    @property
+    def ending(self) -> Ending:
+        """The two together."""
+        return Ending(self.first, self.deadline)
 
 
 @dataclass(kw_only=True)

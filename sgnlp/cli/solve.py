@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.text import Text
 
 from sgnlp.cli import codes, compiling, lacks
-from sgnlp.cli.flags import Abstaining, Extending, Observing, Surrounding
+from sgnlp.cli.flags import Abstaining, Ended, Extending, Observing, Surrounding
 from sgnlp.cli.progress import bars
 from sgnlp.hand.hand import Hand
 from sgnlp.perception.observation import Observation, load
@@ -24,7 +24,7 @@ from sgnlp.show.png import drawable
 
 
 @dataclass(kw_only=True)
-class Solve(Abstaining, Extending, Surrounding, Observing):
+class Solve(Abstaining, Ended, Extending, Surrounding, Observing):
     """Plan compliant pregrasps for a point cloud (.npz, .ply, .pcd, .xyz)."""
 
     file: tyro.conf.Positional[Path]
@@ -85,6 +85,8 @@ class Solve(Abstaining, Extending, Surrounding, Observing):
             seed=self.seed,
             jobs=self.jobs,
             timeout=self.timeout,
+            first=self.first,
+            deadline=self.deadline,
             progress=progress,
         )
 

@@ -58,7 +58,7 @@ class Arm:
     digest: str
     """SHA-256 of the description and the URDF, and of a mount that is not the default; not of the base."""
 
-    @property
+    @functools.cached_property
     def free_spheres(self) -> list[int]:
         """Indices into `spheres` of those that can come down to the table: two joints or more move them.
 

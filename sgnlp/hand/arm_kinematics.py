@@ -11,8 +11,9 @@ import pinocchio as pin
 
 from sgnlp.base.arrays import Array
 from sgnlp.hand.arm import Arm
-from sgnlp.hand.kinematics import Backend, Chain, constant, placements, points
+from sgnlp.hand.kinematics import moved, points
 from sgnlp.hand.model import places
+from sgnlp.hand.placements import Backend, Chain, backend, constant, placements
 
 DAMPING = 1e-4
 """ε [m or rad, by radian] of `log_manipulability`: singular values of the Jacobian far below it count as it."""
@@ -68,12 +69,15 @@ def gravity_torques(arm: Arm, q: Array, mass: float, com_in_wrist: Array) -> Arr
 def arm_forward(arm: Arm, q: ca.SX, using: Backend | None = None) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Rotation (3, 3) and position (3,) [m] of the hand's root link and the spheres (S, 3) [m], for joints q (a,).
 
-    Raises `InputError` for a backend that does not run here.
+    The backend is the best unless `using` names one; raises `InputError` for one that does not run here.
     """
     base = pin.XYZQUATToSE3(arm.base)
-    chain = placements(arm.model, constant(base.rotation), constant(base.translation), q, using)
+    turn, shift = constant(base.rotation), constant(base.translation)
+    chain = placements(arm.model, q, using or backend(arm.model))
     spheres = points(arm.model, chain, [(sphere.link, sphere.centre) for sphere in arm.spheres])
-    rotation, position, spheres = ca.cse([*_wrist(arm, chain), spheres])
+    rotation, position = _wrist(arm, chain)
+    placed = [ca.mtimes(turn, rotation), ca.mtimes(turn, position) + shift, moved(turn, shift, spheres)]
+    rotation, position, spheres = ca.cse(placed)
     return rotation, position, spheres
 
 
@@ -84,7 +88,7 @@ def log_manipulability(arm: Arm, q: ca.SX, using: Backend | None = None) -> ca.S
     shifts all that comes after it alike, so that neither it nor the base has any part in it.
     """
     q = ca.vertcat(0, q[1:])
-    chain = placements(arm.model, constant(np.eye(3)), constant(np.zeros(3)), q, using)
+    chain = placements(arm.model, q, using or backend(arm.model))
     gram = _gram(_symbolic_jacobian(arm, chain))
     return sum(map(ca.log, _pivots(gram + DAMPING**2 * ca.SX.eye(gram.shape[0]))), ca.SX(0)) / 2
 

@@ -23,6 +23,7 @@ from sgnlp.hand.description.source import source_file
 from sgnlp.hand.description.xml_file import content
 from sgnlp.hand.hand_file import Finger, Sphere, WristStart
 from sgnlp.hand.model import Mimic, joint_model, mimics, own_joints
+from sgnlp.hand.placements import Backend, backend, usable
 from sgnlp.hand.yaml_nodes import frozen, word
 
 HAND_FILE = "hand.yaml"
@@ -61,8 +62,17 @@ class Hand:
     gain_initial: Array  # (m,) [N/m]
     digest: str
     """SHA-256 of the hand's file, of what describes it, the preset of spheres and, on an arm, the arm's digest."""
+    kinematics: Backend
+    """What gives the placements of its joints, and of its arm's, as expressions."""
     arm: Arm | None = None
     """What carries the hand; None for a wrist that is free."""
+    alone: "Hand | None" = None
+    """The hand without the arm that carries it."""
+
+    @property
+    def models(self) -> tuple[pin.Model, ...]:
+        """Its own tree of joints and its arm's."""
+        return (self.model, self.arm.model) if self.arm else (self.model,)
 
     @property
     def tip_radii(self) -> Array:
@@ -89,14 +99,17 @@ def load_hand(
     spheres: str = "cover",
     arm: str | Path | None = None,
     arm_base: Sequence[float] = (),
+    kinematics: Backend | None = None,
 ) -> Hand:
     """The hand of that name in `urdf/`, or of a folder holding `hand.yaml`, with one preset of its spheres.
 
     `arm` names the arm that carries it, or its folder, and `arm_base` where that stands in the world if not where its
     file says: x y z [m], these and intrinsic XYZ angles [deg], or these and a quaternion x y z w.
 
-    Raises `InputError`, in one line, for an unknown hand, preset, key, link or joint and for values that contradict
-    each other or the description.
+    `kinematics` is the backend of its placements, the best that runs here if it is not given.
+
+    Raises `InputError`, in one line, for an unknown hand, preset, key, link or joint, for values that contradict each
+    other or the description, and for a backend that does not run here.
     """
     file = library.find("hand", name_or_folder, HAND_FILE)
     try:
@@ -105,7 +118,14 @@ def load_hand(
         raise error.within(f"{file.parent.name}/{file.name}") from None
     if arm is None and len(arm_base):
         raise InputError("the base of an arm is given, but no arm")
-    return hand if arm is None else _carried(hand, load_arm(arm), tuple(arm_base))
+    hand = hand if arm is None else _carried(hand, load_arm(arm), tuple(arm_base))
+    return _moving(hand, usable(kinematics, *hand.models) if kinematics else backend(*hand.models))
+
+
+@functools.lru_cache(maxsize=16)
+def _moving(hand: Hand, kinematics: Backend) -> Hand:
+    alone = hand.alone and replace(hand.alone, kinematics=kinematics)
+    return replace(hand, kinematics=kinematics, alone=alone)
 
 
 @functools.lru_cache(maxsize=16)
@@ -137,7 +157,7 @@ def on_arm(hand: Hand, arm: Arm) -> Hand:
             raise InputError(f"the arm '{arm.name}' and the hand '{hand.name}' both have a {kind} '{both[0]}'")
     arm = with_mount(arm, hand.name)
     digest = hashlib.sha256(f"{hand.digest} {arm.digest}".encode()).hexdigest()
-    return replace(hand, arm=arm, digest=digest)
+    return replace(hand, arm=arm, digest=digest, kinematics=backend(hand.model, arm.model), alone=hand)
 
 
 @functools.lru_cache(maxsize=16)
@@ -179,4 +199,5 @@ def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
         gain_upper=gain_upper,
         gain_initial=gain_initial,
         digest=hashlib.sha256(b"\0".join([text.encode(), content(urdf), preset.encode()])).hexdigest(),
+        kinematics=backend(model),
     )

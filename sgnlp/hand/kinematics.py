@@ -7,20 +7,15 @@ respect to v are exact and finite everywhere, at v = 0 too.
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
 import casadi as ca
 import numpy as np
 import pinocchio as pin
 
 from sgnlp.base.arrays import Array
-from sgnlp.base.errors import InputError, unknown
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.model import places
-
-Backend = Literal["pinocchio.casadi", "model walk"]
-Chain = list[tuple[ca.SX, ca.SX]]
-"""Rotation (3, 3) and position (3,) [m] in the world of the universe and every joint."""
+from sgnlp.hand.placements import Backend, Chain, constant, placements
 
 SERIES_TERMS = 16
 """Terms of the power series in θ². The remainder is under 1e-16 for |θ| ≤ 4 in the value and two derivatives."""
@@ -37,54 +32,35 @@ class Frames:
     origins: ca.SX  # (L, 3) [m], origins of the frames of `link_names`
 
 
-def backends() -> tuple[Backend, ...]:
-    """The symbolic backends that run here, the preferred one first."""
-    try:
-        import pinocchio.casadi  # noqa: F401
-    except ImportError:  # the wheel on PyPI is built without it
-        return ("model walk",)
-    return ("pinocchio.casadi", "model walk")
-
-
-def backend() -> Backend:
-    """The symbolic backend that `forward` uses by default."""
-    return backends()[0]
-
-
 def forward(hand: Hand, wrist: ca.SX, joints: ca.SX, v: ca.SX, using: Backend | None = None) -> Frames:
     """Positions of the fingertips and spheres at `(wrist, joints) ⊕ v`.
 
     `wrist` (7,) is the seed pose x y z qx qy qz qw of the root link with a unit quaternion, `joints` (n,) the seed
     angles, `v` (6+n,) the tangent: linear and angular part in the seed's body frame [m, rad], then the joints [rad].
-    Raises `InputError` for a backend that does not run here.
+    The backend is the hand's own unless `using` names another; raises `InputError` for one that does not run here.
     """
     rotation, position = _integrate_pose(wrist, v[:6])
-    chain = placements(hand.model, rotation, position, joints + v[6:], using)
-    tips = points(hand.model, chain, [(finger.frame, finger.offset) for finger in hand.fingers])
-    spheres = points(hand.model, chain, [(sphere.link, sphere.centre) for sphere in hand.spheres])
-    origins = points(hand.model, chain, [(link, np.zeros(3)) for link in link_names(hand)])
+    chain = placements(hand.model, joints + v[6:], using or hand.kinematics)
+
+    def world(on_links: list[tuple[str, Array]]) -> ca.SX:
+        return moved(rotation, position, points(hand.model, chain, on_links))
+
+    tips = world([(finger.frame, finger.offset) for finger in hand.fingers])
+    spheres = world([(sphere.link, sphere.centre) for sphere in hand.spheres])
+    origins = world([(link, np.zeros(3)) for link in link_names(hand)])
     tips, spheres, position, rotation = ca.cse([tips, spheres, position, rotation])
     return Frames(tips, spheres, position, rotation, origins)
 
 
-def placements(
-    model: pin.Model, rotation: ca.SX, position: ca.SX, angles: ca.SX, using: Backend | None = None
-) -> Chain:
-    """World placements of the universe and all joints, for the root link's rotation (3, 3) and position (3,) [m].
-
-    Raises `InputError` for a backend that does not run here.
-    """
-    using = using or backend()
-    if using not in backends():
-        raise unknown("kinematics backend", using, backends())
-    walk = {"pinocchio.casadi": _pinocchio_placements, "model walk": _walk_placements}[using]
-    return walk(model, rotation, position, angles)
-
-
 def points(model: pin.Model, chain: Chain, on_links: list[tuple[str, Array]]) -> ca.SX:
-    """World positions (K, 3) [m] of points fixed to links, from the `placements` of the joints."""
+    """Positions (K, 3) [m] of points fixed to links in the frame of the model's root, from its `placements`."""
     rows = [_point(model, chain, link, point).T for link, point in on_links]
     return ca.vertcat(*rows) if rows else ca.SX(0, 3)
+
+
+def moved(rotation: ca.SX, position: ca.SX, at: ca.SX) -> ca.SX:
+    """Positions (K, 3) [m] moved by a rotation (3, 3) and then by a position (3,) [m]."""
+    return ca.mtimes(at, rotation.T) + ca.repmat(position.T, at.shape[0], 1)
 
 
 def integrate(hand: Hand, wrist: Array, joints: Array, v: Array) -> tuple[Array, Array]:
@@ -138,7 +114,7 @@ def _frame(hand: Hand, link: str) -> int:
 
 
 def _point(model: pin.Model, chain: Chain, link: str, point: Array) -> ca.SX:
-    """The world position (3,) of a point fixed to a link."""
+    """The position (3,) of a point fixed to a link."""
     frame = model.frames[model.getFrameId(link, pin.FrameType.BODY)]
     rotation, position = chain[frame.parentJoint]
     return position + ca.mtimes(rotation, constant(frame.placement.act(np.array(point))))
@@ -180,55 +156,3 @@ def _series(square: ca.SX, first: int) -> ca.SX:
     for k in reversed(range(SERIES_TERMS)):
         value = 1 / math.factorial(first + 2 * k) - square * value
     return value
-
-
-def _walk_placements(model: pin.Model, rotation: ca.SX, position: ca.SX, angles: ca.SX) -> Chain:
-    """World placements of all joints by recursion over the model's tree: parent · placement · motion."""
-    chain = [(rotation, position)]
-    for joint in range(1, model.njoints):
-        parent_rotation, parent_position = chain[model.parents[joint]]
-        placement = model.jointPlacements[joint]
-        turn, shift = _motion(model, joint, angles[model.idx_qs[joint]])
-        turn = ca.mtimes(constant(placement.rotation), turn)
-        shift = constant(placement.translation) + ca.mtimes(constant(placement.rotation), shift)
-        chain.append(
-            (ca.mtimes(parent_rotation, turn), parent_position + ca.mtimes(parent_rotation, ca.sparsify(shift)))
-        )
-    return chain
-
-
-def _motion(model: pin.Model, joint: int, q: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Rotation and translation of a revolute or prismatic joint, from its motion subspace.
-
-    q is its coordinate, or that of the joint which it mimics.
-    """
-    data = model.joints[joint].createData()
-    model.joints[joint].calc(data, np.zeros(model.nq))
-    subspace = np.asarray(data.S).ravel()  # (6,) linear, angular
-    if model.joints[joint].nq == 0:
-        mimic = model.joints[joint].extract()
-        subspace, q = subspace / mimic.scaling, mimic.scaling * q + mimic.offset
-    linear, angular = subspace[:3], subspace[3:]
-    if not angular.any():
-        return ca.SX.eye(3), ca.sparsify(ca.SX(linear) * q)
-    if linear.any():
-        raise InputError(f"joint '{model.names[joint]}' is {model.joints[joint].shortname()}: not supported")
-    outer = np.outer(angular, angular)
-    turn = outer + ca.cos(q) * (np.eye(3) - outer) + ca.sin(q) * pin.skew(angular)  # Rodrigues
-    return ca.sparsify(turn), ca.SX(3, 1)
-
-
-def _pinocchio_placements(model: pin.Model, rotation: ca.SX, position: ca.SX, angles: ca.SX) -> Chain:
-    """World placements of all joints by Pinocchio's own recursion on CasADi scalars."""
-    import pinocchio.casadi as cpin
-
-    symbolic = cpin.Model(model)
-    data = symbolic.createData()
-    cpin.forwardKinematics(symbolic, data, angles)
-    inner = [(ca.sparsify(place.rotation), ca.sparsify(place.translation)) for place in data.oMi]
-    return [(ca.mtimes(rotation, turn), position + ca.mtimes(rotation, shift)) for turn, shift in inner]
-
-
-def constant(values: Array) -> ca.SX:
-    """A constant whose zeros are structural, so that products with it cost nothing."""
-    return ca.sparsify(ca.SX(np.asarray(values, float)))

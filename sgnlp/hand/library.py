@@ -26,6 +26,11 @@ def find(kind: str, name_or_folder: str | Path, file_name: str) -> Path:
     return file
 
 
+def beside(name: str) -> Path | None:
+    """The file of this name in a folder of `urdf/`, beside the description there; None if there is none."""
+    return next(iter(sorted(_folder().glob(f"*/{name}"))), None)
+
+
 def _folder() -> Path:
     """In the installed package, else beside it in the source tree."""
     try:

@@ -17,8 +17,10 @@ from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand, told
+from sgnlp.hand.placements import Backend
 from sgnlp.perception.observation import PLAIN, Observation, Reading, load
 from sgnlp.planning import results
+from sgnlp.planning.ending import Ending
 from sgnlp.planning.extension import Extension
 from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.solve import solve
@@ -31,7 +33,8 @@ from sgnlp.planning.workers import Workers, each, one_at_a_time
 class Task:
     """What all objects of a batch have in common; the meaning is that of `load` and `solve`.
 
-    `root` is the folder that relative files are in, wherever a worker runs.
+    `root` is the folder that relative files are in, wherever a worker runs. `kinematics` is the backend of the hand's
+    placements, one for all objects, though a better one may be built meanwhile; the best here if it is not given.
     """
 
     hand: str = "allegro_left"
@@ -41,16 +44,18 @@ class Task:
     count: int = 7
     seed: int = 0
     timeout: float = 60.0
+    ending: Ending = field(default_factory=Ending)
     solver: str | None = None
     reading: Reading = PLAIN
     extension: Extension | None = None
     surroundings: Surroundings = NOWHERE
     root: Path = field(default_factory=Path.cwd)
+    kinematics: Backend | None = None
 
     @property
     def robot(self) -> Hand:
         """The hand, on its arm if there is one."""
-        return load_hand(self.hand, self.settings.spheres, self.arm, self.arm_base)
+        return load_hand(self.hand, self.settings.spheres, self.arm, self.arm_base, self.kinematics)
 
     def load(self, file: Path) -> Observation:
         """The observation in a file."""
@@ -94,6 +99,7 @@ def batch(
         InputError: the hand is not valid.
         MachineError: a result cannot be written for want of room; those before it are kept.
     """
+    task = replace(task, kinematics=task.robot.kinematics)
     expected = _expected(task)
     try:
         found: dict[Path, tuple[str, str] | str] = {}
@@ -135,6 +141,7 @@ def plan(task: Task, file: Path) -> Planned:
     with one_at_a_time():
         hand = task.robot
         options = {"count": task.count, "seed": task.seed, "timeout": task.timeout, "solver": task.solver}
+        options |= asdict(task.ending)
         around = dict(task.surroundings.kinds())
         found = solve(task.load(file), hand, task.settings, jobs=1, extension=task.extension, **around, **options)  # type: ignore[arg-type]
         return found.arrays(), found.summary(), found.histories(), found.motion_files()
@@ -176,6 +183,7 @@ def _expected(task: Task) -> dict[str, Any]:
     made: dict[str, Any] = {
         "hand": hand.name,
         "arm": told(hand),
+        "kinematics": hand.kinematics,
         "settings": asdict(task.settings),
         "seed": task.seed,
         "starts": task.count,
@@ -183,7 +191,7 @@ def _expected(task: Task) -> dict[str, Any]:
     added = {"file": task.extension.file, "sha256": task.extension.digest} if task.extension else None
     own = task.extension.additions().solver if task.extension else None
     solver = settled(task.solver or own, task.settings.solver)
-    made |= {"timeout": task.timeout, "extension": added, "solver": solver.told()}
+    made |= {"timeout": task.timeout, **asdict(task.ending), "extension": added, "solver": solver.told()}
     return json.loads(json.dumps(made | {"surroundings": task.surroundings.plain()}))
 
 
@@ -195,6 +203,6 @@ def _known(folder: Path, expected: dict[str, Any]) -> Grasps | None:
     except InputError:
         return None
     if len(grasps) == expected["starts"]:  # no start was stopped, so that their limit does not matter
-        expected = {key: value for key, value in expected.items() if key != "timeout"}
+        expected = {key: value for key, value in expected.items() if key not in ("timeout", *asdict(Ending()))}
     same = all(grasps.meta.get(key) == value for key, value in expected.items())
     return grasps if same and len(grasps) else None

@@ -1,15 +1,20 @@
-"""What runs here: versions, machine, kinematics backend and solvers."""
+"""What runs here: versions, machine, backends of the kinematics and solvers."""
 
 import importlib.metadata
 import platform
 import subprocess
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import casadi as ca
+import pinocchio as pin
 
+from sgnlp.base.errors import InputError
 from sgnlp.base.toolchain import processor
-from sgnlp.hand.kinematics import backend
+from sgnlp.hand.arm import available_arms, load_arm
+from sgnlp.hand.hand import available_hands, load_hand
+from sgnlp.hand.placements import BACKENDS, backend, lack
 from sgnlp.surface.native import attempt
 
 PACKAGES = ("sgnlp", "casadi", "pin", "example-robot-data", "numpy", "scipy", "open3d", "mujoco", "coacd")
@@ -59,9 +64,38 @@ def surface_backend() -> str:
     return "compiled C" if library is not None else f"NumPy ({fault})"
 
 
-def kinematics_backend() -> str:
-    """The symbolic forward kinematics in use."""
-    return backend()
+def shipped() -> dict[str, pin.Model]:
+    """The models of the hands and arms that come with the package and whose descriptions are installed."""
+    found: dict[str, pin.Model] = {}
+    for name in available_hands():
+        with suppress(InputError):
+            found[name] = load_hand(name).model
+    for name in available_arms():
+        with suppress(InputError):
+            found[name] = load_arm(name).model
+    return found
+
+
+def kinematics_backends() -> str:
+    """What gives the placements of the joints of what comes with the package."""
+    by: dict[str, list[str]] = {}
+    for name, model in shipped().items():
+        by.setdefault(backend(model), []).append(name)
+    return "; ".join(f"{using} ({', '.join(names)})" for using, names in by.items()) if len(by) > 1 else "".join(by)
+
+
+def kinematics_lacks() -> dict[str, str]:
+    """Of each better backend than the walk, why it does not run for what comes with the package; "" if it does."""
+    lacks: dict[str, str] = {}
+    models = shipped()
+    for using in BACKENDS[:-1]:
+        reasons: dict[str, list[str]] = {}
+        for name, model in models.items():
+            if reason := lack(model, using):
+                reasons.setdefault(reason, []).append(name)
+        told = [r if len(names) == len(models) else f"not for {', '.join(names)}: {r}" for r, names in reasons.items()]
+        lacks[using] = "; ".join(told)
+    return lacks
 
 
 def _processor() -> str:

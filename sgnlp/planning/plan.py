@@ -14,7 +14,8 @@ from sgnlp.perception.observation import Observation
 from sgnlp.planning import results
 from sgnlp.planning.cautions import cautions
 from sgnlp.planning.cautions.planned import Planned
-from sgnlp.planning.environment import kinematics_backend, machine, surface_backend, versions
+from sgnlp.planning.ending import Ending
+from sgnlp.planning.environment import machine, surface_backend, versions
 from sgnlp.planning.extension import Extension
 from sgnlp.planning.grasps import Grasps, stack
 from sgnlp.planning.motion import files
@@ -48,6 +49,9 @@ class Plan:
     extension: Extension | None = None
     solver: Solver = field(default_factory=Ipopt)
     given: Surroundings = NOWHERE  # what the user told of, beside what the observation has seen
+    ending: Ending = field(default_factory=Ending)
+    count: int = 0  # of the starts that were asked for
+    replanned: str = ""  # "moved" or "fitted" of a plan carried over from another one: its surface was
 
     @property
     def tolerance(self) -> float:
@@ -85,8 +89,10 @@ class Plan:
             "seed": self.seed,
             "starts": len(self.solutions) + len(self.failures),
             "timeout": self.timeout,
+            **asdict(self.ending),
+            "replanned": self.replanned,
             "versions": versions(),
-            "kinematics": kinematics_backend(),
+            "kinematics": self.problem.hand.kinematics,
             "formulation": self.problem.formulation.name,
             "kernel": self.problem.gpis.kernel.name,
             "free_space": self.problem.gpis.free_space,

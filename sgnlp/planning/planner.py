@@ -15,9 +15,10 @@ from sgnlp.planning.multipliers import recomputed
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.solvers import settled
 from sgnlp.planning.solvers.first_order import learning_rates
-from sgnlp.planning.solvers.solver import Answer, NlpInstance, Solver
+from sgnlp.planning.solvers.solver import Answer, Multipliers, NlpInstance, Solver
 from sgnlp.planning.starts import Start, at_contact, initial
 from sgnlp.planning.violations import Violation, violations
+from sgnlp.planning.warm_start import WarmStart
 from sgnlp.program.compiled import program
 from sgnlp.program.nlp import ENERGY_UNIT, Nlp
 from sgnlp.program.oracle import Functions, Oracle, join
@@ -56,6 +57,7 @@ class Iterate:
     seconds: float
     history: History
     violations: tuple[Violation, ...] = ()
+    multipliers: Multipliers | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,6 +144,15 @@ class Planner:
             raise SolverError(f"the answer of {self.solver.name} is not finite")
         return replace(self.ended(start, answers), seconds=time.perf_counter() - begin)
 
+    def resume(self, warm: WarmStart) -> Iterate:
+        """Run the last program alone from where another one like it ended, with its multipliers."""
+        begin, last = time.perf_counter(), self.stages[-1]
+        instance = replace(self.instance(last, warm.start), multipliers=warm.multipliers)
+        answer = self.solver.warm.solve(instance, np.clip(warm.x, *instance.x_bounds))
+        if not np.isfinite(answer.x).all():
+            raise SolverError(f"the answer of {self.solver.name} is not finite")
+        return replace(self.ended(warm.start, [answer]), seconds=time.perf_counter() - begin)
+
     def ended(self, start: Start, answers: Sequence[Answer], kkt: Kkt | None = None) -> Iterate:
         """What the answers to the last programs stand for; `kkt` are the residuals of the last, if they are known."""
         last, answer = self.stages[-1], answers[-1]
@@ -158,6 +169,7 @@ class Planner:
             x=answer.x,
             p=instance.p,
             objective=instance.objective(answer.x),
+            multipliers=answer.multipliers,
             kkt=kkt or recomputed(instance, answer.x, answer.multipliers, names)[0],
             status=answer.status,
             iterations=sum(a.iterations for a in answers),

@@ -5,11 +5,14 @@ Processes and not threads: MUMPS is not thread-safe, and only a process can be k
 
 import multiprocessing
 import signal
+import time
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import TimeoutError as FutureTimeout
 from concurrent.futures import as_completed
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
+from math import inf
 from multiprocessing.connection import Connection
 from typing import Any, TypeVar
 
@@ -31,6 +34,8 @@ T = TypeVar("T")
 CONSTS.sleep_unit = 0.01
 """Seconds between two looks of a pool at its processes. With pebble's 0.1 ending a pool takes as long as a start."""
 
+TOO_LATE = "not done by the deadline"
+"""Why a start has no solution that was being solved, or still waited, when a plan's deadline passed."""
 Given = tuple[Problem, Solver | str | None]
 
 _given: Given | None = None
@@ -51,10 +56,15 @@ def solve_start(planner: Planner, start: Start) -> Solution:
 
 
 def solve_all(
-    problem: Problem, starts: Sequence[Start], jobs: int, timeout: float | None, solver: Solver | str | None = None
+    problem: Problem,
+    starts: Sequence[Start],
+    jobs: int,
+    timeout: float | None,
+    solver: Solver | str | None = None,
+    until: float = inf,
 ) -> Generator[Solution | Failure, None, None]:
     """Solve every start in `jobs` processes, yielding solutions as they come; see `map_starts`."""
-    return map_starts(solve_start, problem, starts, jobs, timeout, solver)
+    return map_starts(solve_start, problem, starts, jobs, timeout, solver, until)
 
 
 def map_starts(
@@ -64,16 +74,18 @@ def map_starts(
     jobs: int,
     timeout: float | None,
     solver: Solver | str | None = None,
+    until: float = inf,
 ) -> Generator[T | Failure, None, None]:
     """Apply a task to every start in `jobs` processes, yielding results as they come.
 
-    `timeout` [s] is a start's limit; one that overruns it, or whose process dies, is a `Failure`. Leaving the
-    iteration early, by an exception too, ends every process. Without semaphores one start is solved at a time.
+    `timeout` [s] is a start's limit; one that overruns it, or whose process dies, is a `Failure`, and so is one that
+    has not ended when `time.perf_counter()` reaches `until` [s]. Leaving the iteration early, by an exception too, ends
+    every process. Without semaphores one start is solved at a time.
     """
     for phase in problem.phases:  # before the fork, so that workers inherit it
         program(problem.hand, problem.structure(phase.formulation), problem.settings.solver.compiled)
     if semaphores.fault():
-        yield from (_apart(task, (problem, solver), start, timeout) for start in starts)
+        yield from (_apart(task, (problem, solver), start, timeout, until) for start in starts)
         return
     pool = ProcessPool(
         max_workers=min(jobs, len(starts)),
@@ -82,12 +94,19 @@ def map_starts(
         context=multiprocessing.get_context("fork"),
     )
     try:
-        futures: dict[Any, Start] = {pool.schedule(_run, args=(task, s), timeout=timeout): s for s in starts}
-        for future in as_completed(futures):
-            yield _result(future, futures[future], timeout)
+        waiting: dict[Any, Start] = {pool.schedule(_run, args=(task, s), timeout=timeout): s for s in starts}
+        with suppress(FutureTimeout):
+            for future in as_completed(list(waiting), _left(until)):
+                yield _result(future, waiting.pop(future), timeout)
+        yield from (Failure(start.index, TOO_LATE) for start in waiting.values())
     finally:
         pool.stop()
         pool.join()
+
+
+def _left(until: float) -> float | None:
+    """The time until then [s], 0 if it has passed; None for no end."""
+    return None if until == inf else max(until - time.perf_counter(), 0.0)
 
 
 def _result(future: Any, start: Start, timeout: float | None) -> Any:
@@ -114,15 +133,22 @@ def _failed(start: Start, error: Exception) -> Failure:
     return Failure(start.index, line if isinstance(error, SgnlpError) else f"{type(error).__name__}: {line}")
 
 
-def _apart(task: Callable[[Planner, Start], T], given: Given, start: Start, timeout: float | None) -> T | Failure:
+def _apart(
+    task: Callable[[Planner, Start], T], given: Given, start: Start, timeout: float | None, until: float
+) -> T | Failure:
     """The result of one start in a process forked for it, which sends it through a pipe."""
+    left = min(inf if limit is None else limit for limit in (timeout, _left(until)))
+    if not left > 0:
+        return Failure(start.index, TOO_LATE)
     context = multiprocessing.get_context("fork")
     ours, theirs = context.Pipe(duplex=False)
     process = context.Process(target=_send, args=(theirs, task, given, start), daemon=True)
     process.start()
     theirs.close()
     try:
-        return ours.recv() if ours.poll(timeout) else _stopped(start, timeout)
+        if ours.poll(None if left == inf else left):
+            return ours.recv()
+        return _stopped(start, timeout) if left == timeout else Failure(start.index, TOO_LATE)
     except EOFError:
         process.join()
         return _expired(start, process.exitcode)

@@ -31,6 +31,8 @@ from sgnlp.surface.training import training_set
 
 Array = NDArray[np.float64]
 
+Known = tuple[Gpis, Array]
+"""A surface, and the centre of mass (3,) [m] that it has."""
 LEAST_C = 0.1
 """Least c of a finger that has its own: at 0 a finger touches at its target and presses with nothing."""
 UNSEEN = 0.02
@@ -57,6 +59,7 @@ class Problem:
     formulation: Formulation
     thing: Shape  # a box around the observed points
     surroundings: Surroundings = NOWHERE
+    additions: Additions = NOTHING
 
     @property
     def around(self) -> Around:
@@ -111,7 +114,8 @@ class Problem:
     def parameters(self, nlp: Nlp, wrist: Array, joints: Array, arm: Array | None = None) -> Array:
         """The parameter vector for the seed pose `wrist` (7) and `joints` (n), and those of an arm (a) near it."""
         smoothing, numbers = self.settings.smoothing, self.numbers()
-        if self.hand.arm:
+        weights = {term.name: term.weight for term in self.terms}
+        if self.hand.arm and nlp.hand.arm:
             numbers |= {"base": self.hand.arm.base, "arm": self.hand.arm.home if arm is None else arm}
         return nlp.parameters.pack(
             numbers
@@ -119,7 +123,7 @@ class Problem:
                 "rotation_desired": numbers["rotation_desired"].ravel(order="F"),
                 "wrist": wrist,
                 "joints": joints,
-                "weights": self.weights(),
+                "weights": np.array([weights[term.name] for term in nlp.structure.terms]),
                 "foot": float(nlp.structure.formulation.exact_feet),
                 "distance": smoothing.distance,
                 "collision": smoothing.collision,
@@ -150,7 +154,7 @@ class Problem:
 
     def _contact_bounds(self, nlp: Nlp) -> tuple[Array, Array]:
         """Bounds of the variables of the hand at first contact, as far as it is planned, and of an arm."""
-        at, hand, freedom = nlp.structure.at_contact, self.hand, self.settings.closing.c_freedom
+        at, hand, freedom = nlp.structure.at_contact, nlp.hand, self.settings.closing.c_freedom
         c, m = self.settings.contact.c, len(hand.fingers)
         fingers = np.tile([[max(c - freedom, LEAST_C)], [min(c + freedom, 1.0)]], m if at.c else 0)
         joints = np.stack([hand.lower, hand.upper])[:, : len(hand.lower) if at.joints else 0]
@@ -175,7 +179,8 @@ class Problem:
 
     def row_bounds(self, nlp: Nlp) -> tuple[Array, Array]:
         """Bounds (ng,) of the scaled rows: those of the plan's constraints, and of the formulation's own."""
-        rows = nlp.structure.formulation.constraints(self.constraints)
+        known = {c.name for c in nlp.structure.constraints}
+        rows = nlp.structure.formulation.constraints([c for c in self.constraints if c.name in known])
         bounds = [np.array((c.lower, c.upper)) / c.scale for c in rows]
         each = np.repeat(np.array(bounds).reshape(-1, 2), nlp.row_sizes, axis=0)
         return each[:, 0], each[:, 1]
@@ -188,31 +193,38 @@ def build_problem(
     seed: int = 0,
     additions: Additions = NOTHING,
     surroundings: Surroundings = NOWHERE,
+    known: Known | None = None,
 ) -> Problem:
-    """Fit the surface of an observation and put together the problem of grasping it among its surroundings.
+    """Fit the surface of an observation, unless it is known, and put together the problem of grasping it.
 
-    What the observation itself has seen around the object is put into shapes and added to these.
+    What the observation itself has seen around the object is put into shapes and added to these surroundings.
     """
     hand = load_hand(hand, settings.spheres) if isinstance(hand, str) else hand
-    with threadpool_limits(1):  # the bits of a factorisation depend on the number of threads
-        gpis = fit(training_set(observation, settings.gpis, seed, additions.kernel, settings.free_space))
+    box = np.stack([observation.points.min(axis=0), observation.points.max(axis=0)])
+    gpis, com = known or _known(observation, settings, seed, additions, box)
     surroundings.check(observation)
     surroundings = surroundings.and_seen(observation)
     around = surroundings.around(settings, hand.arm is not None)
-    box = np.stack([observation.points.min(axis=0), observation.points.max(axis=0)])
     return Problem(
         hand=hand,
         gpis=gpis,
         settings=settings,
         box=box,
         table_height=observation.table_height,
-        com=_centre_of_mass(gpis, box, observation.table_height),
+        com=com,
         terms=additions.all_terms(settings, around),
         constraints=additions.all_constraints(settings if gpis.free_space else _with_reserve(settings), around),
         formulation=additions.chosen(settings),
         thing=upright_box(observation.points, observation.table_height, "object"),
         surroundings=surroundings,
+        additions=additions,
     )
+
+
+def _known(observation: Observation, settings: Settings, seed: int, additions: Additions, box: Array) -> Known:
+    with threadpool_limits(1):  # the bits of a factorisation depend on the number of threads
+        gpis = fit(training_set(observation, settings.gpis, seed, additions.kernel, settings.free_space))
+    return gpis, _centre_of_mass(gpis, box, observation.table_height)
 
 
 def _with_reserve(settings: Settings) -> Settings:

@@ -69,6 +69,8 @@ def problem(grasps: Grasps, cloud: Observation, hand: Hand) -> Problem:
     added = additions(grasps.meta)
     given = Surroundings.restored(grasps.meta.get("surroundings", {}))
     found = build_problem(cloud, hand, settings(grasps.meta), int(grasps.meta["seed"]), added, given)
+    if grasps.meta.get("replanned"):
+        raise InputError("it was replanned: its surface is known from clouds before this one, or from touches")
     names = {
         "terms": [term.name for term in found.terms],
         "constraints": [constraint.name for constraint in found.constraints],

@@ -21,6 +21,7 @@ from sgnlp.planning.problem import Problem
 from sgnlp.planning.recompute import recompute
 from sgnlp.planning.starts import Start
 from sgnlp.planning.violations import Violation
+from sgnlp.planning.warm_start import WarmStart
 from sgnlp.program.constraint import Check, Constraint
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.names import rows_of
@@ -68,6 +69,7 @@ class Solution:
     motion: Motion = field(default_factory=Motion)  # how it gets there and up
     obstacles: tuple[Shape, ...] = ()  # what it was planned to stay clear of, given and seen
     arm: Array | None = None  # (3, a) [rad], of an arm at the pregrasp, at the stand-off and lifted
+    ended: WarmStart | None = None  # where the solver ended, in the planning frame
     confidence: float = nan  # probability that it holds at the load of the plan; NaN: unknown
 
     @property
@@ -128,6 +130,7 @@ def solution(problem: Problem, start: Start, iterate: Iterate, nlp: Nlp) -> Solu
         closing=problem.settings.closing,
         motion=problem.settings.motion,
         obstacles=problem.surroundings.obstacles,
+        ended=WarmStart(start, iterate.x, iterate.multipliers),
     )
 
 

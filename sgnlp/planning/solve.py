@@ -1,10 +1,12 @@
 """Plan grasps: from an observation to ranked solutions."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from math import inf
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
@@ -12,14 +14,14 @@ from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation
 from sgnlp.perception.shape import Shape
 from sgnlp.planning.additions import Additions
-from sgnlp.planning.confidence import with_confidence
+from sgnlp.planning.ending import ENOUGH, LEFT, Ending
 from sgnlp.planning.extension import Extension
-from sgnlp.planning.faraway import moved_cloud, moved_hand, moved_problem, moved_solution, origin
+from sgnlp.planning.faraway import moved_cloud, moved_hand, moved_problem, origin
 from sgnlp.planning.plan import Plan
-from sgnlp.planning.pool import Failure, solve_all
-from sgnlp.planning.problem import build_problem
-from sgnlp.planning.reach import OUT_OF_REACH, reachable
-from sgnlp.planning.solution import Solution, rank
+from sgnlp.planning.pool import Failure
+from sgnlp.planning.problem import Problem, build_problem
+from sgnlp.planning.reach import OUT_OF_REACH
+from sgnlp.planning.search import Found, Result, Search
 from sgnlp.planning.solvers import settled, solver_named
 from sgnlp.planning.solvers.solver import Solver
 from sgnlp.planning.surroundings import Surroundings
@@ -27,6 +29,39 @@ from sgnlp.program.constraint import Constraint
 from sgnlp.program.formulation import Formulation
 from sgnlp.program.terms import Term
 from sgnlp.surface.kernel import Kernel
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a plan is asked for, of whatever cloud: the arguments of `solve`, put together."""
+
+    hand: Hand
+    settings: Settings
+    given: Surroundings
+    additions: Additions
+    extension: Extension | None
+    count: int
+    seed: int
+    jobs: int
+    timeout: float
+    ending: Ending
+
+    def plan(self, seen: Observation, found: Found, seconds: dict[str, float], solver: Solver, how: str = "") -> Plan:
+        """What was found of it; `how` is what `Plan.replanned` says."""
+        return Plan(
+            seen,
+            *found,
+            self.seed,
+            self.jobs,
+            self.timeout,
+            seconds,
+            self.extension,
+            solver,
+            self.given,
+            self.ending,
+            self.count,
+            how,
+        )
 
 
 def solve(
@@ -49,7 +84,9 @@ def solve(
     seed: int = 0,
     jobs: int = 2,
     timeout: float = 60.0,
-    progress: Callable[[Solution | Failure], None] = lambda result: None,
+    first: int | None = None,
+    deadline: float | None = None,
+    progress: Callable[[Result], None] = lambda result: None,
 ) -> Plan:
     """Plan compliant pregrasps for an observation.
 
@@ -72,6 +109,10 @@ def solve(
         seed: of the training set and of the starts beyond the file's. The same seed gives the same result.
         jobs: worker processes; the result does not depend on it.
         timeout: wall-clock limit of a start [s].
+        first: end when so many feasible grasps are known, counted in the order of the starts, so that the result does
+            not depend on `jobs`; None for all.
+        deadline: end so long after the call [s], with the best known by then; None for never. Fitting the surface, and
+            building the functions of the first plan of a process, are not interrupted.
         progress: called with each result as it comes.
 
     Raises:
@@ -79,35 +120,84 @@ def solve(
     """
     if min(count, jobs) < 1 or not timeout > 0 or seed < 0:
         raise InputError(f"count {count}, jobs {jobs}, timeout {timeout:g} must be positive, seed {seed} not negative")
-    begin = time.perf_counter()
     solver = solver_named(solver) if isinstance(solver, str) else solver
-    middle = origin(observation)
-    far = bool(middle.any())
     without = tuple(without_terms), tuple(without_constraints)
     additions = Additions(tuple(terms), tuple(constraints), *without, formulation, solver, kernel)
     additions = additions.and_of(extension.additions()) if extension else additions
-    chosen = settled(additions.solver, settings.solver)
-    near = moved_cloud(observation, -middle) if far else observation
-    given = Surroundings(tuple(obstacles), tuple(avoid), tuple(touch))
     hand = load_hand(hand, settings.spheres) if isinstance(hand, str) else hand
-    if far:
-        hand, given_near = moved_hand(hand, -middle), given.moved(-middle)
-    problem = build_problem(near, hand, settings, seed, additions, given_near if far else given)
-    fitted = time.perf_counter()
-    results: list[Solution | Failure] = []
-    begins, missed = reachable(problem, count, seed)
-    out = [Failure(index, OUT_OF_REACH) for index in missed[: count - len(begins)]]
-    with closing(solve_all(problem, begins, jobs, timeout, chosen)) as ended:
-        for outcome in ended:
-            result = replace(outcome, hand=problem.hand) if isinstance(outcome, Solution) else outcome
+    given = Surroundings(tuple(obstacles), tuple(avoid), tuple(touch))
+    asked = Asked(hand, settings, given, additions, extension, count, seed, jobs, timeout, Ending(first, deadline))
+    return planned(observation, asked, progress)
+
+
+def planned(observation: Observation, asked: Asked, progress: Callable[[Result], None] = lambda result: None) -> Plan:
+    """The plan that is asked for, made near the origin."""
+    begin, middle = time.perf_counter(), origin(observation)
+    cloud, hand, given = observation, asked.hand, asked.given
+    if middle.any():
+        cloud, hand, given = moved_cloud(cloud, -middle), moved_hand(hand, -middle), given.moved(-middle)
+    problem = build_problem(cloud, hand, asked.settings, asked.seed, asked.additions, given)
+    return searched(observation, (problem, cloud, middle), asked, begin, progress)
+
+
+def searched(
+    observation: Observation,
+    near: tuple[Problem, Observation, Array],
+    asked: Asked,
+    begin: float,
+    progress: Callable[[Result], None] = lambda result: None,
+) -> Plan:
+    """The plan of a problem that was begun to be posed at `begin` [s].
+
+    `near` has the problem and its cloud, both moved by -middle, and the middle (3,) [m].
+    """
+    solver = settled(asked.additions.solver, asked.settings.solver)
+    search = Search(*near, solver, asked.count, asked.seed, asked.jobs, asked.timeout)
+    fitted, deadline = time.perf_counter(), asked.ending.deadline
+    results: list[Result] = []
+    with closing(search.results(until=inf if deadline is None else begin + deadline)) as ended:
+        for result in ended:
             progress(result)
             results.append(result)
-    solved = [r for r in results if isinstance(r, Solution)]
-    solutions = rank(with_confidence(solved, near, settings, problem.gpis.free_space), settings.rank_by)
-    if far:
-        problem, solutions = moved_problem(problem, middle), [moved_solution(s, middle) for s in solutions]
-    failures = sorted((r for r in (*results, *out) if isinstance(r, Failure)), key=lambda f: f.start)
+            if kept := asked.ending.kept(results, search.order):
+                results = kept
+                break
     seconds = {"fit": fitted - begin, "solve": time.perf_counter() - fitted}
-    return Plan(
-        observation, problem, tuple(solutions), tuple(failures), seed, jobs, timeout, seconds, extension, chosen, given
-    )
+    return asked.plan(observation, search.found(results), seconds, solver)
+
+
+def improve(plan: Plan, count: int = 0) -> Iterator[Plan]:
+    """Go on with the starts that a plan left out, yielding a better plan whenever one of them ends.
+
+    Leaving the iteration ends the processes. The last plan is the one that `solve` gives without `first` and
+    `deadline`.
+
+    Args:
+        plan: of `sgnlp.solve`, that ended with its `first` grasps or at its `deadline`.
+        count: number of starts in all, if it is more than the plan's.
+
+    Raises:
+        InputError: `count` is negative.
+    """
+    if count < 0:
+        raise InputError(f"count {count} must not be negative")
+    begin, middle = time.perf_counter() - plan.seconds["solve"], origin(plan.observation)
+    far, count = bool(middle.any()), max(count, plan.count)
+    problem = moved_problem(plan.problem, -middle) if far else plan.problem
+    cloud = moved_cloud(plan.observation, -middle) if far else plan.observation
+    search = Search(problem, cloud, middle, plan.solver, count, plan.seed, plan.jobs, plan.timeout)
+    known: list[Result] = [*plan.solutions]
+    known += [f for f in plan.failures if f.reason not in (*LEFT, OUT_OF_REACH)]
+    results: list[Result] = []
+    left = dict.fromkeys(search.order, ENOUGH) | {f.start: f.reason for f in plan.failures if f.reason in LEFT}
+    for result in known:
+        left.pop(result.start)
+    with closing(search.results({result.start for result in known})) as ended:
+        for result in ended:
+            results.append(result)
+            del left[result.start]
+            waiting = [Failure(index, reason) for index, reason in left.items()]
+            _, solutions, failures = search.found(results, [*known, *waiting])
+            seconds = plan.seconds | {"solve": time.perf_counter() - begin}
+            now = replace(plan, solutions=solutions, failures=failures, seconds=seconds)
+            yield replace(now, ending=plan.ending if left else Ending(), count=count)

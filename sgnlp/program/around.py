@@ -13,9 +13,6 @@ compiled program serves every scene, whatever and however much stands in it.
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from sgnlp.base.arrays import Array
 from sgnlp.perception.shape import Shape
 from sgnlp.surface.shape_field import ShapeField
 
@@ -59,14 +56,6 @@ class Fields:
     avoid: ShapeField = field(default_factory=lambda: ShapeField(()))
     touch: ShapeField = field(default_factory=lambda: ShapeField(()))
     arm: ShapeField = field(default_factory=lambda: ShapeField(()))
-
-    def jets(self, around: Around, spheres: int, points: Array, feet: Array) -> Array:
-        """Jets (P + regions, 10) at the points (P, 3) of an `Around` and at its regions' feet (m, 3)."""
-        still, own = 2 * spheres * around.obstacles, around.points(spheres)  # pregrasp and first contact; all
-        blocks = [self.near.jets(points[:still]), self.way.jets(points[still:own]), self.arm.jets(points[own:])]
-        blocks += [self.avoid.jets(feet)] if around.avoid else []
-        blocks += [self.touch.jets(feet)] if around.touch else []
-        return np.concatenate(blocks)
 
 
 def fields(

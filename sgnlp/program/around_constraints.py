@@ -13,7 +13,8 @@ from sgnlp.program.tolerances import CLEARANCE, DEXTERITY, REACHED, ROUNDING
 
 SPHERES: dict[str, Any] = {"over": "sphere", "unit": LENGTH, "tolerance": CLEARANCE}
 CONTACTS: dict[str, Any] = SPHERES | {"over": "finger"}
-POSE: dict[str, Any] = {"over": "pose", "unit": LENGTH, "tolerance": REACHED, "always": True}
+OF_ARM: dict[str, Any] = SPHERES | {"of_arm": True}
+POSE: dict[str, Any] = {"over": "pose", "unit": LENGTH, "tolerance": REACHED, "always": True, "of_arm": True}
 
 
 def _approach(g: Grasp, op: Ops) -> Any:
@@ -43,13 +44,13 @@ AROUND: tuple[Constraint, ...] = (
         about="hand clear of obstacles at first contact, and when it has risen with the object",
     ),
     Constraint(
-        "arm", _arm_way, **SPHERES | {"over": "arm"}, about="arm clear of obstacles, table and object on the whole way"
+        "arm", _arm_way, **OF_ARM | {"over": "arm"}, about="arm clear of obstacles, table and object on the whole way"
     ),
     Constraint(
-        "arm_self", lambda g, op: g.arm.pair_clearances, **SPHERES | {"over": "arm_pair"}, about="arm clear of itself"
+        "arm_self", lambda g, op: g.arm.pair_clearances, **OF_ARM | {"over": "arm_pair"}, about="arm clear of itself"
     ),
     Constraint(
-        "arm_hand", lambda g, op: g.arm.hand_clearances, **SPHERES | {"over": "arm_palm"}, about="arm clear of the palm"
+        "arm_hand", lambda g, op: g.arm.hand_clearances, **OF_ARM | {"over": "arm_palm"}, about="arm clear of the palm"
     ),
     Constraint(
         "wrist",
@@ -74,6 +75,7 @@ AROUND: tuple[Constraint, ...] = (
         lambda g, op: g.arm.dexterity,
         unit=RATIO,
         tolerance=DEXTERITY,
+        of_arm=True,
         about="manipulability of the arm over that at home",
     ),
     Constraint("avoid", lambda g, op: g.avoid_distances, **CONTACTS, about="contact points off the regions to avoid"),
@@ -84,6 +86,7 @@ AROUND: tuple[Constraint, ...] = (
         over="arm_turn",
         unit=ANGLE,
         tolerance=ROUNDING,
+        of_arm=True,
         about="turn of the arm's joints to the stand-off, and up: it keeps its elbow",
     ),
 )

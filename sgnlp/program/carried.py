@@ -18,7 +18,7 @@ import pinocchio as pin
 from sgnlp.hand.arm import Arm
 from sgnlp.hand.arm_kinematics import arm_forward, log_manipulability, manipulability
 from sgnlp.hand.hand import Hand
-from sgnlp.hand.kinematics import Frames, quaternion_matrix
+from sgnlp.hand.kinematics import Frames, moved, quaternion_matrix
 from sgnlp.hand.model import coordinates
 from sgnlp.program import equilibrium
 from sgnlp.program.lifting import Lifting
@@ -107,14 +107,18 @@ class ArmModel:
             wrist_error=errors[0],
             standoff_error=errors[1],
             lift_error=errors[2],
-            dexterity=log_manipulability(arm, self._joints[0]) - float(np.log(manipulability(arm, arm.home))),
+            dexterity=self._dexterity(),
         )
 
     def _placed(self, q: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
         """Rotation and position of the hand's root link and all spheres in the world."""
-        R, p, s = arm_forward(self._bare, q)
+        R, p, s = arm_forward(self._bare, q, self._hand.kinematics)
         turn, shift = self._base
-        return turn @ R, turn @ p + shift, s @ turn.T + ca.repmat(shift.T, s.shape[0], 1)
+        return turn @ R, turn @ p + shift, moved(turn, shift, s)
+
+    def _dexterity(self) -> ca.SX:
+        home = float(np.log(manipulability(self._arm, self._arm.home)))
+        return log_manipulability(self._arm, self._joints[0], self._hand.kinematics) - home
 
     def _error(self, R: ca.SX, p: ca.SX, goal: ca.SX) -> ca.SX:
         """Place and turn (6,) [m] off the wrist turned alike at a goal: of a small turn θ the latter is LEVER θ."""

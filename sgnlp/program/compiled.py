@@ -11,12 +11,12 @@ from functools import lru_cache
 from pathlib import Path
 
 import casadi as ca
-from filelock import FileLock
 
 from sgnlp.base import toolchain
-from sgnlp.base.errors import MachineError, SolverError, gives_out
+from sgnlp.base.compilers import C
+from sgnlp.base.errors import SolverError
 from sgnlp.hand.hand import Hand
-from sgnlp.hand.kinematics import backend
+from sgnlp.hand.placements import identity
 from sgnlp.program import codegen
 from sgnlp.program.nlp import FUNCTIONS, Nlp, build, frame
 from sgnlp.program.structure import Structure
@@ -39,7 +39,7 @@ def program(hand: Hand, structure: Structure, compiled: bool = True) -> Nlp:
 @lru_cache(maxsize=8)
 def load(hand: Hand, structure: Structure) -> Nlp | None:
     """The compiled program from the cache; None if it is not there, is damaged or cannot be loaded."""
-    library = path(hand, structure)
+    hand, library = structure.of(hand), path(hand, structure)
     if library is None:
         return None
     note = toolchain.note_of(library)
@@ -68,20 +68,13 @@ def compile_program(
     library = path(hand, structure)
     if library is None:
         raise SolverError("terms and constraints that come from no file are not compiled")
-    if not built(library):
-        if fault := toolchain.cache_fault() or toolchain.compiler_fault():
-            raise SolverError(fault)
-        try:
-            library.parent.mkdir(parents=True, exist_ok=True)
-            with FileLock(library.with_suffix(".lock")):
-                if not built(library):
-                    nlp = build(hand, structure.inner)
-                    sources = {file: text for name in FUNCTIONS for file, text in _sources(name, nlp).items()}
-                    note = json.dumps(nlp.row_sizes).encode()
-                    toolchain.build(library, sources, FLAGS, jobs, progress, note)
-        except OSError as error:  # of the lock
-            kind = MachineError if gives_out(error) else SolverError
-            raise kind(f"the cache '{library.parent}' cannot be written: {error.strerror or error}") from None
+
+    def make() -> None:
+        nlp = build(hand, structure.inner)
+        sources = {file: text for name in FUNCTIONS for file, text in _sources(name, nlp).items()}
+        toolchain.build(library, sources, FLAGS, jobs, progress, json.dumps(nlp.row_sizes).encode())
+
+    toolchain.once(library, make)
     load.cache_clear()
     return library
 
@@ -93,7 +86,7 @@ def built(library: Path) -> bool:
 
 def can_compile() -> bool:
     """Whether a compiler that works is found, and a cache for what it makes."""
-    return not (toolchain.cache_fault() or toolchain.compiler_fault())
+    return not (toolchain.cache_fault() or C.fault())
 
 
 def path(hand: Hand, structure: Structure) -> Path | None:
@@ -104,7 +97,9 @@ def path(hand: Hand, structure: Structure) -> Path | None:
     structure = structure.inner
     if structure.key is None:
         return None
-    key = toolchain.fingerprint(_package(), hand.digest, structure.key, ca.__version__, backend(), *FLAGS)
+    of = structure.of(hand)
+    parts = (_package(), of.digest, structure.key, ca.__version__, identity(of.kinematics, *of.models))
+    key = toolchain.fingerprint(*parts, *FLAGS)
     return toolchain.cache_folder() / f"program-{structure.formulation.name}-{key}.so"
 
 

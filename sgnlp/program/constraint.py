@@ -98,6 +98,7 @@ class Constraint:
         about: what it demands, in a few words.
         always: whether it bounds the penalty formulation too.
         domain: whether it says where the functions are defined; the elastic formulation never relaxes such a one.
+        of_arm: whether it asks for `g.arm`; the first of two phases has none and leaves it out.
         source: hash of the file that it was loaded from; it goes into the key of compiled functions.
 
     Raises:
@@ -114,6 +115,7 @@ class Constraint:
     about: str = ""
     always: bool = False
     domain: bool = False
+    of_arm: bool = False
     source: str = ""
 
     def __post_init__(self) -> None:

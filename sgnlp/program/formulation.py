@@ -42,6 +42,8 @@ class Formulation:
     exact_feet: ClassVar[bool] = True
     plans_contact: ClassVar[bool] = True
     """Whether it has the joints at first contact as variables, where the settings ask for them."""
+    plans_arm: ClassVar[bool] = True
+    """Whether an arm that carries the hand is part of it."""
     source: ClassVar[str] = ""
     """Hash of the file that a formulation was loaded from; it goes into the key of compiled functions."""
 

@@ -1,6 +1,7 @@
 """Names of variables and rows of a nonlinear program: `target.thumb.x`, `contact[ring]`, `table[middle_distal]`."""
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 from sgnlp.hand.hand import Hand
 from sgnlp.program.carried import far_spheres, near_spheres
@@ -9,6 +10,7 @@ from sgnlp.program.constraint import Constraint
 AXES = ("x", "y", "z")
 
 
+@lru_cache(maxsize=8)
 def labels(hand: Hand) -> dict[str, tuple[str, ...]]:
     """What the rows of a constraint go over, the values of `Constraint.over`: every sphere but the pads is a `link`."""
     spheres, arm = tuple(sphere.name for sphere in hand.spheres), hand.arm

@@ -120,7 +120,7 @@ def frame(hand: Hand, structure: Structure, row_sizes: Sequence[int]) -> dict[st
 @lru_cache(maxsize=8)
 def build(hand: Hand, structure: Structure) -> Nlp:
     """Build the functions of a hand and structure; the same ones give the same object."""
-    terms, constraints = structure.objective, structure.rows
+    hand, terms, constraints = structure.of(hand), structure.objective, structure.rows
     units = structure.variables(hand).units
     p, par = parameter_vector(hand, len(structure.terms)).symbols()
     lifting = Lifting(ca.SX.sym("x", len(units)))

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.program.around import ALONE, Around, Fields
+from sgnlp.program.around_jets import AroundJets
 from sgnlp.program.nlp import Nlp
 from sgnlp.surface import native
 from sgnlp.surface.gpis import MEAN_JET, MIN_SLOPE, VARIANCE_JET, Gpis
-from sgnlp.surface.jets import JET, Layout
+from sgnlp.surface.jets import Layout
 
 Array = NDArray[np.float64]
 
@@ -51,8 +52,9 @@ class Surface:
             self._buffer.set_arg(i, raw.data)
         for i, jets in enumerate(self.jets):
             self._buffer.set_res(i, jets.T.data)
-        (self._around, self.around_points), self._fields = around, fields or Fields()
-        self.jets.append(np.zeros((self.around_points + self._around.regions(layout.m), JET), order="F"))
+        self._around = AroundJets(fields or Fields(), around[0], (layout.S, around[1], layout.m), compiled)
+        self.around_points = around[1]
+        self.jets.append(self._around.jets)
         self._last: tuple[Array, ...] = tuple(np.full(1, np.nan) for _ in range(3))
         self._complete = False
         self.evaluations = self.completions = 0
@@ -63,23 +65,21 @@ class Surface:
         Their derivatives are 0 unless they are asked for by `complete`, or were before at the same points.
         """
         asked = (Z, radii, around)
-        if not all(np.array_equal(now, before) for now, before in zip(asked, self._last, strict=True)):
+        new = not all(np.array_equal(now, before) for now, before in zip(asked, self._last, strict=True))
+        if new:
             self._last, self._complete = (Z.copy(), radii.copy(), around.copy()), False
             self._values(Z, radii)
             self._evaluate()
-            self._surround(around)
             self.evaluations += 1
         if complete and not self._complete:
             self._raw_jets.derivatives(self._Z, self._mean, self._variance)
             self._evaluate()
             self._complete = True
             self.completions += 1
-
-    def _surround(self, points: Array) -> None:
-        """The jets of the surroundings, derivatives included."""
-        if len(self.jets[-1]):
+            new = True
+        if new:
             feet = self._Z[self.layout.before_feet : self.layout.before_feet + self.layout.m]
-            self.jets[-1][:] = self._fields.jets(self._around, self.layout.S, points, feet)
+            self._around.update(around, feet, complete)
 
     def _values(self, Z: Array, radii: Array) -> None:
         """Raw jets of the first step at the given points and, between them, at the feet."""

@@ -43,6 +43,10 @@ class Structure:
         """The constraints whose rows the program has."""
         return self.formulation.constraints(self.constraints)
 
+    def of(self, hand: Hand) -> Hand:
+        """The hand as its programs have it: on the arm, or alone."""
+        return hand if self.around.carried else hand.alone or hand
+
     @property
     def inner(self) -> "Structure":
         """The structure whose functions this one's program wraps: its own, if it has some."""
@@ -81,13 +85,14 @@ def structure(
     formulation.check(settings)
     contact, closing = settings.contact, settings.closing
     planned = closing.planned and formulation.plans_contact
+    around = replace(around, carried=around.carried and formulation.plans_arm)
     return Structure(
         formulation=formulation,
         samples=contact.samples,
         density=contact.density,
         equilibrium=contact.equilibrium,
         at_contact=AtContact(planned, planned and closing.c_freedom > 0),
-        terms=tuple(replace(term, weight=1.0) for term in terms),
-        constraints=tuple(replace(c, lower=-inf, upper=inf) for c in constraints),
+        terms=tuple(replace(term, weight=1.0) for term in terms if around.carried or not term.of_arm),
+        constraints=tuple(replace(c, lower=-inf, upper=inf) for c in constraints if around.carried or not c.of_arm),
         around=around,
     )

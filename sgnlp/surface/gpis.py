@@ -7,7 +7,7 @@ The mean is *not* a distance. Where a length is meant, use d = μ/|∇μ| and σ
 This is the posterior in NumPy; `symbolic.py` has it in CasADi, `gpis_jets.c` in C.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import LinAlgError, cholesky, solve_triangular
@@ -128,6 +128,27 @@ class Gpis:
             J[:, 4 + i] = -2 * (np.einsum("nq,nq->q", wd[a], wd[b]) + bend)
         return J
 
+    def observed(self, X: Array, y: Array, noise: float) -> "Gpis":
+        """The surface with more observations, y (q,) [m] at X (q, 3) [m] with a noise deviation [m].
+
+        The factor of K grows by q rows: L' = [[L, 0], [Bᵀ L⁻ᵀ, C]], C Cᵀ = k(X, X) + ε² - |L⁻¹B|², B = k(X_before, X).
+        The same as fitting anew to all, in N² q instead of N³.
+        """
+        s, n, q = self.deviation_scale, len(self.X), len(X)
+        inverse = self.chol_inverse / s
+        apart = np.linalg.norm(X[:, None] - X[None], axis=2)
+        W = inverse @ self._radial(X)[1][0].T  # L⁻¹B (n, q)
+        C = cholesky(self.kernel.radial(np.maximum(apart, MIN_RADIUS))[0] + noise**2 * np.eye(q) - W.T @ W, lower=True)
+        grown = np.zeros((n + q, n + q))
+        grown[:n, :n], grown[n:, n:] = inverse, solve_triangular(C, np.eye(q), lower=True)
+        grown[n:, :n] = -grown[n:, n:] @ W.T @ inverse
+        z = solve_triangular(inverse.T, self.alpha, lower=False)  # L⁻¹(y - m), of α = L⁻ᵀz
+        z = np.concatenate([z, grown[n:, n:] @ (y - self.prior - W.T @ z)])
+        points = np.vstack([self.X, X])
+        radius = self.kernel.support_radius - float(np.linalg.norm(points - self.centre, axis=1).max())
+        points, alpha, chol_inverse = frozen(points, grown.T @ z, s * grown)
+        return replace(self, X=points, alpha=alpha, chol_inverse=chol_inverse, radius=radius)
+
 
 def _slope(gradient: Array) -> Array:
     """√(|∇μ|² + MIN_SLOPE²) (Q,) of gradients (Q, 3)."""
@@ -153,8 +174,13 @@ def fit(training: TrainingSet) -> Gpis:
     alpha = chol_inverse.T @ (chol_inverse @ (y - training.prior))
     centre = training.centre
     radius = kernel.support_radius - float(np.linalg.norm(X - centre, axis=1).max())
-    arrays = [np.ascontiguousarray(a) for a in (X, alpha, scale * chol_inverse, centre)]
-    for a in arrays:
-        a.flags.writeable = False
-    X, alpha, chol_inverse, centre = arrays
+    X, alpha, chol_inverse, centre = frozen(X, alpha, scale * chol_inverse, centre)
     return Gpis(kernel, training.prior, X, alpha, chol_inverse, centre, radius, scale, training.free_space)
+
+
+def frozen(*arrays: Array) -> list[Array]:
+    """The arrays, contiguous and read-only."""
+    contiguous = [np.ascontiguousarray(a) for a in arrays]
+    for a in contiguous:
+        a.flags.writeable = False
+    return contiguous

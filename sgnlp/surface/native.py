@@ -1,7 +1,7 @@
-"""The raw jets of the surface in C: `gpis_jets.c`, compiled once by the system's compiler and kept in the user's cache.
+"""The raw jets of the surface in C, compiled once by the system's compiler and kept in the user's cache.
 
-It does what `Gpis.mean_jet` and `Gpis.variance_jet` do in NumPy, six times as fast and in two steps, and stands in for
-them where a C compiler is found.
+`gpis_jets.c` does what `Gpis.mean_jet` and `Gpis.variance_jet` do in NumPy, six times as fast and in two steps, and
+stands in for them where a C compiler is found. The library has the jets of shapes too (`native_shapes.py`).
 """
 
 import ctypes
@@ -19,7 +19,7 @@ from sgnlp.surface.gpis import Gpis
 from sgnlp.surface.kernel import Kernel
 from sgnlp.surface.kernels import Matern32, Matern52, SquaredExponential, ThinPlate
 
-SOURCE = "gpis_jets.c"
+SOURCES = ("gpis_jets.c", "shape_jets.c")
 FLAGS = ("-O2", "-march=native", "-fno-math-errno", "-fno-trapping-math")
 """-O3 gains nothing. No -ffast-math: the same input is to give the same bits."""
 ROWS, COLUMNS, WORK, LANES = 8, 12, 5, 8
@@ -115,13 +115,13 @@ def library() -> ctypes.CDLL | None:
 @lru_cache(maxsize=1)
 def attempt() -> tuple[ctypes.CDLL | None, str]:
     """The compiled library, and where there is none, why, with the remedy."""
-    source = files("sgnlp.surface").joinpath(SOURCE).read_text(encoding="utf-8")
-    built = toolchain.cache_folder() / f"gpis_jets-{toolchain.fingerprint(source, *FLAGS)}.so"
+    sources = {name: files("sgnlp.surface").joinpath(name).read_text(encoding="utf-8") for name in SOURCES}
+    built = toolchain.cache_folder() / f"jets-{toolchain.fingerprint(*sources.values(), *FLAGS)}.so"
     try:
         if toolchain.note_of(built) is None:
-            toolchain.build(built, {SOURCE: source}, FLAGS)
+            toolchain.build(built, sources, FLAGS)
         loaded = ctypes.CDLL(str(built))
-        loaded.gpis_values.restype = loaded.gpis_derivatives.restype = None
+        loaded.gpis_values.restype = loaded.gpis_derivatives.restype = loaded.shape_jets.restype = None
     except (SolverError, MachineError) as error:
         return None, str(error)
     except (OSError, AttributeError) as error:  # of another processor, or from where no program is run

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from sgnlp.base import toolchain
+from sgnlp.base.compilers import CPP, C
 from sgnlp.base.errors import MachineError, SolverError
 
 
@@ -32,28 +33,38 @@ def program(file: Path, text: str) -> Path:
 @pytest.mark.parametrize("named", ["", " ", "cc", "cc ", "ccache cc", "ccache", "/usr/bin/ccache  cc", "sccache cc"])
 def test_the_compiler_is_found_however_it_is_named(programs, monkeypatch, named):
     monkeypatch.setenv("CC", named)
-    assert toolchain.compiler() == [str(programs / "cc")]
-    assert toolchain.compiler_fault() == ""
+    assert C.words() == [str(programs / "cc")]
+    assert C.fault() == ""
 
 
 def test_arguments_are_kept_and_a_path_with_blanks_is_one_word(programs, monkeypatch):
     monkeypatch.setenv("CC", "cc -std=gnu11 -DX='a b'")
-    assert toolchain.compiler() == [str(programs / "cc"), "-std=gnu11", "-DX=a b"]
+    assert C.words() == [str(programs / "cc"), "-std=gnu11", "-DX=a b"]
     monkeypatch.setenv("CC", str(programs / "cc"))
-    assert toolchain.compiler() == [str(programs / "cc")]
+    assert C.words() == [str(programs / "cc")]
 
 
 @pytest.mark.parametrize("named", ["gone", "gone -O2", "'cc"])
 def test_a_compiler_that_is_not_there_is_told_by_its_name(programs, monkeypatch, named):
     monkeypatch.setenv("CC", named)
-    assert toolchain.compiler() is None
-    assert f"$CC is '{named}', which is not found; unset CC" in toolchain.compiler_fault()
+    assert C.words() is None
+    assert f"$CC is '{named}', which is not found; unset CC" in C.fault()
+
+
+def test_each_language_has_a_variable_of_its_own(programs, monkeypatch):
+    monkeypatch.setenv("CC", "cc")
+    monkeypatch.setenv("CXX", "gone")
+    assert "no C++ compiler: $CXX is 'gone'" in CPP.fault()
+    program(programs / "g++", "exit 0")
+    monkeypatch.delenv("CXX")
+    assert CPP.words() == [str(programs / "g++")]
+    assert toolchain.fingerprint("a", compiler=CPP) != toolchain.fingerprint("a")
 
 
 def test_without_any_compiler_it_is_told_what_to_install(programs, monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     (programs / "cc").unlink()
-    assert "install one" in toolchain.compiler_fault()
+    assert "install one" in C.fault()
     with pytest.raises(SolverError, match="install one"):
         toolchain.build(programs / "f.so", {"f.c": ""}, ())
 
@@ -88,6 +99,22 @@ def test_a_compiler_that_only_warns_builds_what_is_sealed_with_its_note(programs
         file.write_bytes(damaged)
         assert toolchain.note_of(file) is None
     assert toolchain.note_of(programs / "none.so") is None
+
+
+def test_what_is_kept_is_made_once_and_made_again_where_it_is_damaged(programs, monkeypatch):
+    monkeypatch.delenv("CC", raising=False)
+    file, made = toolchain.cache_folder() / "f.text", []
+
+    def make() -> None:
+        made.append(1)
+        toolchain.keep(file, b"content")
+
+    for damage in (False, False, True, False):
+        if damage:
+            file.write_bytes(file.read_bytes()[:-1])
+        toolchain.once(file, make)
+        assert toolchain.note_of(file) == b"content"
+    assert len(made) == 2
 
 
 def test_the_cache_is_the_users_where_that_can_serve(programs, tmp_path, monkeypatch):

@@ -44,10 +44,18 @@ def test_an_empty_cache_is_shown_and_not_made(folder, capfd):
     assert not folder.exists()
 
 
+@pytest.fixture
+def walking(monkeypatch):
+    """No C++ compiler, for in the cache of all tests no hand is to get a better backend while they run."""
+    monkeypatch.setenv("CXX", "no-such-compiler")
+
+
 @pytest.mark.skipif(not compiled.can_compile(), reason="no C compiler")
-def test_what_is_built_is_shown_used_and_cleared(tmp_path, capfd, monkeypatch):
+def test_what_is_built_is_shown_used_and_cleared(tmp_path, capfd, monkeypatch, walking):
     assert run(["cache", "--build", "--jobs", "2", *SMALL]) == 0  # in the cache of all tests, unless it is there
-    assert capfd.readouterr().err == ""
+    out, err = capfd.readouterr()
+    assert err == ""
+    assert "a walk over the model gives the same: no C++ compiler" in " ".join(out.split())
     (structure,) = NOTHING.structures(SETTINGS)
     compiled.load.cache_clear()
     assert compiled.load(load_hand(THREE), structure) is not None
@@ -63,7 +71,23 @@ def test_what_is_built_is_shown_used_and_cleared(tmp_path, capfd, monkeypatch):
     assert not list(folder.iterdir())
 
 
-def test_without_a_compiler_a_build_ends_with_one_line(folder, capfd, monkeypatch):
+def test_the_kinematics_of_a_hand_of_ones_own_are_built_before_its_programs(folder, capfd, monkeypatch):
+    order = []
+
+    def build(model):
+        order.append("kinematics")
+        monkeypatch.setattr("sgnlp.hand.hand.backend", lambda *models: "pinocchio (compiled)")
+
+    monkeypatch.setattr(compiling.placement_functions, "build", build)
+    monkeypatch.setattr(compiled, "compile_program", lambda hand, *rest: order.append(hand.kinematics))
+    assert run(["cache", "--build", *SMALL]) == 0
+    assert order == ["kinematics", "pinocchio (compiled)"]
+    order.clear()
+    assert run(["cache", "--build", *SMALL]) == 0  # they are there
+    assert order == ["pinocchio (compiled)"]
+
+
+def test_without_a_compiler_a_build_ends_with_one_line(folder, capfd, monkeypatch, walking):
     monkeypatch.setenv("CC", "no-such-compiler")
     assert run(["cache", "--build", *SMALL]) == 3
     err = capfd.readouterr().err

@@ -590,6 +590,9 @@ def test_the_doctor_tells_versions_solvers_and_backend(capfd):
     out, err = capfd.readouterr()
     for name in ("casadi", "pin", "numpy", "open3d", "nlpsol ipopt", "forward kinematics", "surface", "processor"):
         assert name in out
+    for what in ("by pinocchio.casadi", "by pinocchio (compiled)", "of a hand of your own"):
+        assert f"\nkinematics {what}: " in out
+    assert "\nC++ compiler: " in out
     assert err == ""
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from browser import drawn, needs_a_browser
 from descriptions import described, mjcf
-from hands import BENT, THREE, changed, coupled
+from hands import BENT, THREE, changed, coupled, installed
 
 from sgnlp.base.errors import SgnlpError
 from sgnlp.cli import run
@@ -38,6 +38,31 @@ def test_nothing_is_wrong_or_strange_about_the_hands_of_the_package(name: str):
     assert {f.verdict for f in done.findings} == {"ok"}
     assert done.hand is not None
     assert done.wrong == 0
+
+
+DRAFTED = (
+    "barrett",
+    "dex3_left",
+    "dex3_right",
+    "inspire_right",
+    "leap_left",
+    "leap_right",
+    "shadow_left",
+    "shadow_right",
+    "svh_right",
+)
+
+
+@pytest.mark.parametrize("name", DRAFTED)
+def test_nothing_is_wrong_about_drafted_hands_and_only_what_their_makers_built_is_strange(name: str):
+    hand = installed(name)
+    done = examine(URDF / name)
+    assert not done.wrong
+    assert {f.check.partition(" of ")[0] for f in done.findings if f.verdict == "look"} <= {
+        "chain",
+        "order",
+    }  # few joints, a thumb across
+    assert hand.name == name
 
 
 def test_every_finding_says_what_was_found_and_what_is_valid(tmp_path: Path):

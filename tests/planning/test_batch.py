@@ -17,21 +17,24 @@ import pytest
 from here import Here
 from plans import SMALL_FLAGS, same, small_plan
 from processes import ALIVE, TESTS, command_with, hang, interrupted, running, wait_for
-from scenes import SMALL, ellipsoid
+from scenes import SMALL, ellipsoid, hand
 
 from sgnlp import load_grasps
 from sgnlp.base import exclusive
 from sgnlp.base.errors import InputError, MachineError, SolverError
 from sgnlp.cli import codes, run
+from sgnlp.hand.placements import BACKENDS
 from sgnlp.perception.observation import Reading
 from sgnlp.planning import results
 from sgnlp.planning.batch import Row, Task, batch, plan
+from sgnlp.planning.ending import ENOUGH, Ending
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.solvers import settled
 
 FEW = [*SMALL_FLAGS[:-2], "--spheres", "paper", "--contact.samples", "2"]
 LEAN_FLAGS = [*FEW, "--solver.formulation", "constrained"]
 """Functions that a process builds in a quarter of the time."""
+WALK = BACKENDS[-1]
 UNHURRIED = ["--timeout", "3600"]
 """Where a start has to end, on a busy machine too."""
 LEANEST_FLAGS = [*FEW, "--solver.formulation", "penalty", "--solver.max-iterations", "3"]
@@ -49,12 +52,12 @@ def solved(monkeypatch) -> list[str]:
     """The names that are solved, by a solver that gives the plan of the shared scene or fails by the name."""
     names = []
 
-    def fake(seen, hand, settings, *, count, seed, jobs, timeout, solver, extension, **around):
+    def fake(seen, hand, settings, *, count, seed, jobs, timeout, first, deadline, solver, extension, **around):
         names.append(seen.name)
         if "broken" in seen.name:
             raise RuntimeError("CasADi says [no]\nand more")
         given = {"seed": seed, "jobs": jobs, "timeout": timeout, "solver": settled(solver, settings.solver)}
-        plan = replace(small_plan(), observation=seen, **given)
+        plan = replace(small_plan(), observation=seen, ending=Ending(first, deadline), **given)
         if "stopped" in seen.name:
             return replace(
                 plan, solutions=(), failures=tuple(Failure(i, f"stopped after {timeout:g} s") for i in (0, 1))
@@ -232,6 +235,7 @@ def test_what_is_solved_is_not_solved_again_and_what_failed_is(solved):
         {"hand": "allegro_right"},
         {"reading": Reading(table_height=-0.001)},
         {"solver": "fatrop"},
+        pytest.param({"kinematics": WALK}, marks=pytest.mark.skipif(hand().kinematics == WALK, reason="the only one")),
     ],
     ids=lambda change: next(iter(change)),
 )
@@ -240,6 +244,22 @@ def test_results_of_another_task_are_solved_again(solved, change):
     assert solved == ["one"]
     rows([Path("one.npz")], **change)
     assert solved == ["one", "one"]
+
+
+def test_all_objects_of_a_batch_have_one_backend_of_the_kinematics_though_a_better_one_comes_meanwhile(monkeypatch):
+    asked, best = [], [WALK]
+    monkeypatch.setattr("sgnlp.hand.hand.backend", lambda *models: best[0])
+
+    def planned(seen, hand, settings, **options):
+        asked.append(hand.kinematics)
+        best[0] = "pinocchio (compiled)"
+        raise InputError("enough")
+
+    monkeypatch.setattr("sgnlp.planning.batch.solve", planned)
+    rows([cloud("one"), cloud("two", 1)])
+    assert asked == [WALK, WALK]
+    rows([cloud("three")])
+    assert asked[2:] == ["pinocchio (compiled)"]
 
 
 def test_a_changed_cloud_or_a_damaged_result_is_solved_again(solved):
@@ -262,6 +282,17 @@ def test_another_limit_matters_only_where_a_start_was_stopped(solved, monkeypatc
     rows([cloud("two", 1)])
     assert rows([Path("two.npz")])["two.npz"].reused
     assert not rows([Path("two.npz")], timeout=5.0)["two.npz"].reused
+
+
+def test_a_plan_that_ended_early_is_not_taken_for_a_whole_one(solved):
+    rows([cloud("one")], ending=Ending(first=1))
+    assert rows([Path("one.npz")], ending=Ending(first=1))["one.npz"].reused
+    assert rows([Path("one.npz")])["one.npz"].reused  # for all of its starts had ended
+    early = replace(small_plan(), solutions=small_plan().solutions[:1], failures=(Failure(1, ENOUGH),))
+    early = replace(early, observation=task().load(cloud("two", 1)), ending=Ending(first=1))
+    results.save(early.arrays(), early.summary(), Path("results/two"))
+    assert rows([Path("two.npz")], ending=Ending(first=1))["two.npz"].reused
+    assert not rows([Path("two.npz")])["two.npz"].reused
 
 
 def test_the_result_of_solve_is_taken_over(solved):

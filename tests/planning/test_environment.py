@@ -1,4 +1,4 @@
-"""Versions, machine, solvers and kinematics backend are told, and what is missing never stops a command."""
+"""Versions, machine, solvers and backends of the kinematics are told, and what is missing never stops a command."""
 
 import importlib.util
 import platform
@@ -9,6 +9,11 @@ import numpy
 import pytest
 
 import sgnlp
+from sgnlp.base.errors import InputError
+from sgnlp.hand import placement_functions
+from sgnlp.hand.arm import available_arms
+from sgnlp.hand.hand import available_hands, load_hand
+from sgnlp.hand.placements import BACKENDS
 from sgnlp.planning import environment
 
 
@@ -75,8 +80,27 @@ def test_what_is_not_found_is_told_to_be_missing(monkeypatch):
     assert len(environment.solvers()) == 7
 
 
-def test_the_backend_is_pinocchios_where_it_can_be_had_and_the_walk_over_the_model_elsewhere(monkeypatch):
+@pytest.mark.skipif(casadi.__version__ < "3.8", reason="CasADi before 3.8 does not read what 3.8 has written")
+def test_the_best_backend_is_told_and_why_no_better_one_runs(monkeypatch):
     there = importlib.util.find_spec("pinocchio.casadi") is not None
-    assert environment.kinematics_backend() == ("pinocchio.casadi" if there else "model walk")
+    assert set(environment.shipped()) == {*available_hands(), *available_arms()}
+    lacks = environment.kinematics_lacks()
+    assert list(lacks) == list(BACKENDS[:-1])
+    assert bool(lacks["pinocchio.casadi"]) != there
+    assert lacks["pinocchio (compiled)"] == ""
+    assert environment.kinematics_backends() == BACKENDS[0 if there else 1]
     monkeypatch.setitem(sys.modules, "pinocchio.casadi", None)
-    assert environment.kinematics_backend() == "model walk"
+    carried = placement_functions.library.beside
+    left = placement_functions.file_name(load_hand("allegro_left").model)
+    monkeypatch.setattr(placement_functions.library, "beside", lambda name: None if name == left else carried(name))
+    told = environment.kinematics_backends()
+    assert told.startswith("model walk (allegro_left); pinocchio (compiled) (allegro_right, ")
+    assert environment.kinematics_lacks()["pinocchio (compiled)"].startswith("not for allegro_left: no function of")
+
+
+def test_a_description_that_is_not_installed_stops_nothing(monkeypatch):
+    def missing(name):
+        raise InputError("is its package installed?")
+
+    monkeypatch.setattr(environment, "load_arm", missing)
+    assert set(environment.shipped()) == set(available_hands())

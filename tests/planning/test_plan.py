@@ -11,7 +11,7 @@ from scenes import SMALL, hand, observation
 
 from sgnlp.base.settings import Settings
 from sgnlp.planning import results
-from sgnlp.planning.environment import kinematics_backend, versions
+from sgnlp.planning.environment import versions
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.solution import Solution
@@ -124,7 +124,7 @@ def test_the_meta_block_says_how_to_make_the_plan_again(plan):
     found = plan.meta()
     assert (found["object"], found["input_digest"]) == (observation().name, observation().digest)
     assert (found["hand"], found["seed"], found["starts"]) == (hand().name, 0, 2)
-    assert (found["versions"], found["kinematics"]) == (versions(), kinematics_backend())
+    assert (found["versions"], found["kinematics"]) == (versions(), hand().kinematics)
     assert set(found["seconds"]) == {"fit", "solve", "jobs"}
     assert found["settings"] == json.loads(json.dumps(asdict(SMALL)))
     rebuilt = {

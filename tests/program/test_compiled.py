@@ -13,6 +13,7 @@ from test_architecture import MODULE_OF, imported
 from sgnlp.base import toolchain
 from sgnlp.base.errors import SolverError
 from sgnlp.hand.hand import load_hand
+from sgnlp.hand.placements import BACKENDS
 from sgnlp.program import codegen, compiled
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.constraints import preset_constraints
@@ -101,6 +102,9 @@ def test_another_hand_preset_structure_or_compiler_has_another_key(monkeypatch):
     assert len(keys) == 10
     elastic = replace(STRUCTURE, formulation=formulation("elastic"))
     monkeypatch.undo()
+    walking = load_hand("allegro_left", kinematics=BACKENDS[-1])
+    same = compiled.path(walking, STRUCTURE) == compiled.path(hand(), STRUCTURE)
+    assert same == (hand().kinematics == BACKENDS[-1])
     assert compiled.path(hand(), elastic) == compiled.path(hand(), constrained)
 
 

@@ -226,11 +226,12 @@ def test_the_command_parses_back_to_the_same_settings(settings):
     cleaning = asdict(replace(ObservationSettings(), min_points=50))
     reading = {"views": ["435", "455"], "scale": 0.001, "table_height": 0.013, "cleaning": cleaning}
     meta = {"settings": asdict(settings), "source": "a b.npz", "object": "egg", "hand": "allegro_right", "seed": 3}
-    meta |= {"starts": 9, "timeout": 5.0, "reading": reading}
+    meta |= {"starts": 9, "timeout": 5.0, "first": 2, "deadline": 1.5, "reading": reading}
     found = parsed(again.command(meta, Path("results/egg")))
     assert found.settings == settings
     assert found.file == Path("a b.npz")
     assert (found.hand, found.starts, found.seed, found.timeout, found.out) == ("allegro_right", 9, 3, 5.0, None)
+    assert (found.first, found.deadline) == (2, 1.5)
     cleaning = replace(ObservationSettings(), min_points=50)
     assert found.reading == Reading(("435", "455"), 0.001, 0.013, cleaning=cleaning)
 

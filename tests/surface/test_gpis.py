@@ -185,3 +185,17 @@ def test_a_fitted_surface_cannot_be_changed():
     for array in (surface().X, surface().alpha, surface().chol_inverse):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0.0
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_a_surface_with_more_observations_is_the_one_fitted_to_all(count):
+    whole = training()
+    noise = float(whole.noise[-1])
+    first = replace(whole, X=whole.X[:-count], y=whole.y[:-count], noise=whole.noise[:-count])
+    grown, fitted = fit(first).observed(whole.X[-count:], whole.y[-count:], noise), fit(whole)
+    np.testing.assert_allclose(grown.chol_inverse, fitted.chol_inverse, atol=1e-8 * abs(fitted.chol_inverse).max())
+    np.testing.assert_allclose(grown.alpha, fitted.alpha, atol=1e-8 * abs(fitted.alpha).max())
+    Z = queries(fitted)
+    np.testing.assert_allclose(grown.mean(Z), fitted.mean(Z), atol=1e-9)
+    np.testing.assert_allclose(grown.deviation(Z), fitted.deviation(Z), atol=1e-9)
+    assert grown.radius == pytest.approx(fitted.radius)

@@ -12,14 +12,6 @@ from sgnlp.surface import native
 from sgnlp.surface.gpis import MEAN_JET, VARIANCE_JET
 
 
-@pytest.fixture
-def library():
-    found = native.library()
-    if found is None:
-        pytest.skip("no C compiler")
-    return found
-
-
 def both_steps(jets, Z, uncertain):
     """Jets of the mean (Q, 20) and the variance (uncertain, 10) in two steps."""
     Z = np.asfortranarray(Z)

@@ -57,6 +57,8 @@ class CasadiSolver(Solver):
 def called(solver: ca.Function, nlp: NlpInstance, x: Array) -> Answer:
     """The answer of a solver of CasADi from x (nx,)."""
     bounds = dict(zip(("lbx", "ubx", "lbg", "ubg"), (*nlp.x_bounds, *nlp.g_bounds), strict=True))
+    if nlp.multipliers is not None:
+        bounds |= dict(zip(("lam_x0", "lam_g0"), nlp.multipliers, strict=True))
     result, stats = solver(x0=x, p=nlp.p, **bounds), solver.stats()
     words = [str(stats[key]) for key in SAID if stats.get(key)]
     return Answer(

@@ -1,6 +1,6 @@
 """Ipopt (Wächter & Biegler 2006) on the exact derivatives of a program."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import casadi as ca
@@ -11,6 +11,18 @@ from sgnlp.planning.solvers.solver import Entry, NlpInstance
 
 OF_SETTINGS = ("tolerance", "linear_solver", "mu_strategy", "mu_init", "barrier_tolerance")
 """Options that the settings have too."""
+WARM_MU = 1e-4
+"""The barrier of a warm start: the last of a cold one is 1e-7, the first 0.1. Slacks are pushed no farther from bounds
+than it moves them."""
+WARM = {
+    "ipopt.warm_start_init_point": "yes",
+    "ipopt.mu_init": WARM_MU,
+    "ipopt.warm_start_bound_push": WARM_MU,
+    "ipopt.warm_start_bound_frac": WARM_MU,
+    "ipopt.warm_start_slack_bound_push": WARM_MU,
+    "ipopt.warm_start_slack_bound_frac": WARM_MU,
+    "ipopt.warm_start_mult_bound_push": WARM_MU,
+}
 
 
 @dataclass(frozen=True)
@@ -22,6 +34,8 @@ class Ipopt(CasadiSolver):
     mu_strategy: str | None = None
     mu_init: float | None = None
     barrier_tolerance: float | None = None
+    warm_start: bool = field(default=False, repr=False)
+    """begin with the multipliers that are given, and with a small barrier"""
 
     @property
     def name(self) -> str:
@@ -33,6 +47,11 @@ class Ipopt(CasadiSolver):
         """With options of the settings where it has none of its own."""
         missing = {name: getattr(chosen, name) for name in OF_SETTINGS if getattr(self, name) is None}
         return replace(self, **missing)
+
+    @property
+    def warm(self) -> "Ipopt":
+        """Ipopt with its options for a warm start."""
+        return replace(self, warm_start=True)
 
     def build(self, nlp: NlpInstance) -> ca.Function:
         """CasADi's Ipopt over the oracle's own derivatives."""
@@ -46,21 +65,26 @@ class Ipopt(CasadiSolver):
         """Its options, in CasADi's names."""
         full = self.settled(settings.Solver())
         limited = {"ipopt.hessian_approximation": "limited-memory"} if self.hessian == "limited-memory" else {}
-        return limited | {
-            "ipopt.print_level": 0,
-            "ipopt.sb": "yes",
-            "ipopt.tol": nlp.tolerance,
-            "ipopt.max_iter": nlp.iterations,
-            "ipopt.mu_strategy": full.mu_strategy,
-            "ipopt.mu_init": full.mu_init,
-            "ipopt.barrier_tol_factor": full.barrier_tolerance,
-            "ipopt.linear_solver": full.linear_solver,
-            "ipopt.mumps_scaling": 0,  # variables and rows are scaled; MUMPS's own costs a quarter of an iteration
-            "ipopt.mumps_permuting_scaling": 0,
-            "print_time": False,
-            "no_nlp_grad": True,
-            "calc_lam_p": False,
-        }
+        warm = WARM if self.warm_start else {}
+        return (
+            limited
+            | {
+                "ipopt.print_level": 0,
+                "ipopt.sb": "yes",
+                "ipopt.tol": nlp.tolerance,
+                "ipopt.max_iter": nlp.iterations,
+                "ipopt.mu_strategy": full.mu_strategy,
+                "ipopt.mu_init": full.mu_init,
+                "ipopt.barrier_tol_factor": full.barrier_tolerance,
+                "ipopt.linear_solver": full.linear_solver,
+                "ipopt.mumps_scaling": 0,  # variables and rows are scaled; MUMPS's own costs a quarter of an iteration
+                "ipopt.mumps_permuting_scaling": 0,
+                "print_time": False,
+                "no_nlp_grad": True,
+                "calc_lam_p": False,
+            }
+            | warm
+        )
 
 
 SLOWER = "takes the same steps as on MUMPS in twice the time"

@@ -41,6 +41,7 @@ class NlpInstance:
     tolerance: float  # what the solver is asked for, in its own sense
     iterations: int  # at most
     rates: Array  # (nx,), steps of first-order methods; NaN for variables that have none
+    multipliers: Multipliers | None = None  # where they begin, for a solver that takes some
 
     def objective(self, x: Array) -> float:
         """f."""
@@ -104,6 +105,11 @@ class Solver:
 
     def settled(self, chosen: settings.Solver) -> "Solver":
         """The solver with options of the settings where it has none of its own."""
+        return self
+
+    @property
+    def warm(self) -> "Solver":
+        """The solver for a start that is nearly the end: itself, if it makes no difference to it."""
         return self
 
     def told(self) -> dict[str, Any]:

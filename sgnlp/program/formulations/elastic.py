@@ -17,7 +17,7 @@ import numpy as np
 from sgnlp.base.settings import Solver
 from sgnlp.program.formulation import Array, Bounds, Formulation, Phase
 from sgnlp.program.formulations.constrained import Constrained
-from sgnlp.program.formulations.penalty import Penalty
+from sgnlp.program.formulations.penalty import FreeWrist
 from sgnlp.program.nlp import Nlp
 from sgnlp.program.oracle import Oracle
 from sgnlp.program.parameters import ParameterVector
@@ -29,7 +29,7 @@ class Elastic(Constrained):
 
     def phases(self, solver: Solver) -> tuple[Phase, ...]:
         """Penalty, then elastic."""
-        return Phase(Penalty(), solver.penalty_iterations), Phase(self, solver.max_iterations)
+        return Phase(FreeWrist(), solver.penalty_iterations), Phase(self, solver.max_iterations)
 
     @property
     def inner(self) -> Formulation:

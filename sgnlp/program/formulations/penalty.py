@@ -22,3 +22,11 @@ class Penalty(Formulation):
     def constraints(self, constraints: Sequence[Constraint]) -> tuple[Constraint, ...]:
         """Those that always hold."""
         return tuple(c for c in constraints if c.always)
+
+
+@dataclass(frozen=True)
+class FreeWrist(Penalty):
+    """The same of the hand alone, whether an arm carries it or not: a first phase, which the arm follows."""
+
+    name = Penalty.name
+    plans_arm = False

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from sgnlp.base.settings import Solver
 from sgnlp.program.formulation import Phase
 from sgnlp.program.formulations.constrained import Constrained
-from sgnlp.program.formulations.penalty import Penalty
+from sgnlp.program.formulations.penalty import FreeWrist
 
 
 @dataclass(frozen=True)
@@ -16,4 +16,4 @@ class TwoPhase(Constrained):
 
     def phases(self, solver: Solver) -> tuple[Phase, ...]:
         """Penalty, then constrained."""
-        return Phase(Penalty(), solver.penalty_iterations), Phase(Constrained(), solver.max_iterations)
+        return Phase(FreeWrist(), solver.penalty_iterations), Phase(Constrained(), solver.max_iterations)

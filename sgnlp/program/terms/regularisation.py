@@ -46,6 +46,7 @@ class Arm(Term):
 
     name = setting = "arm"
     about = "arm near its home, and moving little"
+    of_arm = True
 
     def value(self, g: Grasp, op: Ops) -> Any:
         """In rad²."""

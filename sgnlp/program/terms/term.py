@@ -14,7 +14,7 @@ class Term:
 
     A term of your own is a subclass with a `value`; its name is that of the class in lower case, unless it has another.
     `setting` is the field of `settings.Weights` that weighs a built-in term. A term that a constraint replaces in the
-    constrained formulation says so by `constrained_elsewhere`.
+    constrained formulation says so by `constrained_elsewhere`, one that asks for `g.arm` by `of_arm`.
     """
 
     weight: float = 1.0
@@ -24,6 +24,8 @@ class Term:
     about: ClassVar[str] = ""
     """What it rewards, in a few words; the first line of the docstring if it says nothing."""
     constrained_elsewhere: ClassVar[bool] = False
+    of_arm: ClassVar[bool] = False
+    """Whether it is of the arm; the first of two phases has none and leaves it out."""
     source: ClassVar[str] = ""
     """Hash of the file that a term was loaded from; it goes into the key of compiled functions."""
 

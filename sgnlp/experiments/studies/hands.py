@@ -1,0 +1,146 @@
+"""Every hand that is here: how many of the objects that fit it get a grasp, and how many of those it holds.
+
+Each plan is made from two views. An object fits a hand if its least horizontal width, with the gap that the pregrasp
+keeps on both sides, is within the largest ball that the hand's pads can touch. The load is that of the preset, or what
+the hand's motors allow if that is less; the plan counts on it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from sgnlp.base.arrays import Array
+from sgnlp.base.settings import Settings
+from sgnlp.experiments.frames import Frame, Lines, Tables, percent, pick, wilson
+from sgnlp.experiments.studies import trials
+from sgnlp.experiments.studies.defaults import changed
+from sgnlp.experiments.studies.study import Case, Setup, Study
+from sgnlp.experiments.studies.trials import NO_PLAN, Condition
+from sgnlp.hand.hand import available_hands, load_hand
+from sgnlp.hand.opening import Opening, opening, press
+from sgnlp.perception.observation import Observation, load
+from sgnlp.planning.solve import solve
+from sgnlp.show.plots import Panel, Series
+from sgnlp.simulation import SimulationSettings
+
+CAMERAS = 2
+SHARE = 1 / 3
+"""Of the press of a hand that carries the weight; the rest is for torques, for pads that stand aside, and for haste."""
+GRAVITY = 9.81  # [m/s²]
+STEP = 0.01  # loads are rounded down to this [kg]
+
+
+@dataclass(frozen=True)
+class Row(trials.Row):
+    """A trial, and the hand and the object that it was."""
+
+    fingers: int = 0
+    joints: int = 0
+    opening_mm: float = 0.0
+    press: float = 0.0  # [N]
+    width_mm: float = 0.0  # least horizontal width of the object
+
+
+@cache
+def _opening(hand: str, preset: str) -> Opening | None:
+    return opening(load_hand(hand, preset))
+
+
+def width(vertices: Array) -> float:
+    """The least horizontal width [m] of a body: one of its outline's edges lies along it."""
+    outline = vertices[ConvexHull(vertices[:, :2]).vertices, :2]
+    along = np.roll(outline, -1, axis=0) - outline
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1, keepdims=True)
+    return float(np.ptp(outline @ across.T, axis=0).min())
+
+
+def mass(settings: Settings, force: float) -> float:
+    """The load [kg] of a hand that presses with a force [N]: 2 μ F · `SHARE` = m g, and no more than the plan's."""
+    allowed = 2 * settings.contact.friction * force * SHARE / GRAVITY
+    return min(settings.contact.mass, np.floor(allowed / STEP) * STEP)
+
+
+def trial(setup: Setup, file: Path, condition: Condition, views: list[str]) -> list[Row]:
+    """The row of one object and hand."""
+    hand, observation = load_hand(condition.name, setup.settings.spheres), load(file, views=views)
+    largest = _opening(condition.name, setup.settings.spheres)
+    assert largest is not None  # or there is no such case
+    assert observation.mesh_vertices is not None
+    force = press(hand, largest)
+    settings = changed(setup.settings, {"contact.mass": mass(setup.settings, force)})
+    plan = solve(observation, hand, settings, jobs=1, count=setup.starts, seed=setup.seed, timeout=setup.timeout)
+    load_settings = SimulationSettings(mass=settings.contact.mass, friction=settings.contact.friction, push_weights=0.0)
+    row = Row(
+        load=f"{load_settings.mass:.2g} kg, μ {load_settings.friction:g}",
+        **trials.told(plan, condition, views),
+        fingers=len(hand.fingers),
+        joints=len(hand.joint_names),
+        opening_mm=1e3 * largest.diameter,
+        press=force,
+        width_mm=1e3 * width(observation.mesh_vertices),
+    )
+    return [row if plan.best is None else replace(row, **trials.measured(trials.carried_out(plan, load_settings)))]
+
+
+def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:
+    """Every object with every hand that it fits; a hand of another folder is asked for by `--hand`."""
+    names = dict.fromkeys([*available_hands(), setup.hand])
+    found = trials.cases([Condition(name, CAMERAS) for name in names], setup, observations, trial)
+    bodies = {whole.name: whole.mesh_vertices for whole in observations}
+    return [case for case in found if _fits(setup, case.key[1], bodies[case.key[0]])]
+
+
+def _fits(setup: Setup, hand: str, vertices: Array | None) -> bool:
+    largest = _opening(hand, setup.settings.spheres)
+    gaps = 2 * setup.settings.limits.place_error
+    return largest is not None and vertices is not None and width(vertices) + gaps <= largest.diameter
+
+
+def facts(setup: Setup) -> dict[str, Any]:
+    """What the rows depend on; the hands are in the rows."""
+    return {key: value for key, value in setup.facts().items() if key != "hand"} | {"share": SHARE}
+
+
+def tables(rows: Frame) -> Tables:
+    """What each hand is, what it gets and what it holds; then how trials ended."""
+    return {"Hand by hand": table(rows), "Endings": trials.endings(rows)}
+
+
+def table(rows: Frame) -> Lines:
+    """A line for each hand."""
+    lines = []
+    for name, own in rows.groupby("condition", sort=False):
+        planned, first = own[own.ending != NO_PLAN], own.iloc[0]
+        lines.append(
+            {"hand": str(name), "fingers": str(first.fingers), "joints": str(first.joints)}
+            | {"largest ball [mm]": f"{first.opening_mm:.0f}", "load": str(first.load), "objects": str(len(own))}
+            | {"with a grasp [%]": percent(len(planned), len(own))}
+            | {"starts feasible [%]": percent(own.feasible.sum(), own.starts.sum())}
+            | {"held [%]": trials.success(own)}
+        )
+    return lines
+
+
+def panels(rows: Frame) -> list[Panel]:
+    """Success of every hand with its interval."""
+    names = list(rows.condition.unique())
+    scores = [pick(rows, condition=name).score for name in names]
+    low, high = ([100 * end for end in ends] for ends in zip(*(wilson(s.sum(), len(s)) for s in scores), strict=True))
+    bars = Series("held", names, [100 * score.mean() for score in scores], low, high)
+    return [Panel("", "", "success [%]", (bars,), bars=True, y_range=(0, 100))]
+
+
+STUDY = Study(
+    question="what does each hand hold?",
+    row=Row,
+    cases=cases,
+    tables=tables,
+    panels=panels,
+    facts=facts,
+    caption="Success of each hand's first choice from two views, with Wilson's 95 % intervals.",
+)

@@ -1,0 +1,164 @@
+"""The placements of all joints by Pinocchio on CasADi scalars, as a serialised function of each model.
+
+    (q (n,) [rad or m]) -> rotations (3, 3 J), positions (3, J) [m]
+
+of the J joints, one beside the other, in the frame of the model's root. `placements.cpp` makes the function of any
+model. It is built on request, once for each version of Pinocchio and CasADi, into the user's cache, where what it makes
+is kept. The functions of the hands and arms that come with the package are carried by it, so that they need no
+compiler. A function is found by the digest of its model, and taken only if it agrees with numeric Pinocchio.
+"""
+
+import hashlib
+import subprocess
+from collections.abc import Iterator
+from importlib.resources import files
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pinocchio as pin
+
+from sgnlp.base import toolchain
+from sgnlp.base.arrays import Array
+from sgnlp.base.compilers import CPP
+from sgnlp.base.errors import SolverError
+from sgnlp.hand import library
+
+SOURCE = "placements.cpp"
+FLAGS = (
+    *("-std=c++17", "-O0", "-w", "-DNDEBUG"),  # it runs for milliseconds, and compiles for a minute
+    *("-DPINOCCHIO_ENABLE_TEMPLATE_INSTANTIATION", "-DBOOST_MPL_LIMIT_LIST_SIZE=40"),  # as libpinocchio is built
+    "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
+)
+LIBRARIES = ("-lpinocchio_default", "-lcasadi", "-lboost_serialization")
+TIMEOUT = 60.0
+"""Longest time that the placements of a model may take [s]; they usually take 0.05."""
+
+PROBES = ((0.2, 0.9), (-0.7, 0.4))
+"""The digest is of the placements here: the first and the last coordinate, the others evenly between [rad or m]."""
+DECIMALS = 7
+"""Of them [m]: far above what differs from one machine's sine to another's."""
+CHECKS = ((1.1, -0.5), (-0.3, -1.3), (0.6, 0.1))
+"""A function has to agree with numeric Pinocchio here."""
+EXACT = 1e-12
+
+
+def function(model: pin.Model) -> ca.Function | None:
+    """The function of a model, carried or from the cache; None if there is none that can be read and agrees."""
+    return next((found for text in _texts(model) if (found := _read(text, model)) is not None), None)
+
+
+def lack(model: pin.Model) -> str:
+    """Why there is no function of a model, with the remedy; "" if there is one."""
+    if function(model) is not None:
+        return ""
+    if any(True for _ in _texts(model)):
+        return f"CasADi {ca.__version__} cannot read the function that there is of this model; a newer one can"
+    return fault() or "no function of this model is carried or built; sgnlp cache --build --hand HAND builds it"
+
+
+def fault() -> str:
+    """Why functions cannot be made here, with the remedy; "" if they can."""
+    prefix = Path(pin.__file__).parents[4]
+    if not (prefix / "include" / "pinocchio").is_dir():
+        return f"Pinocchio's C++ headers are not in '{prefix}'; install it by pip"
+    return CPP.fault() or toolchain.cache_fault()
+
+
+def build(model: pin.Model) -> None:
+    """Put the function of a model into the cache, unless there is one.
+
+    Raises:
+        SolverError: there is no compiler, it fails, the cache cannot be written, or the function is wrong.
+        MachineError: there is no room for it.
+    """
+    if function(model) is None:
+        text = make(model)
+        if _read(text, model) is None:
+            raise SolverError(f"the placements that {SOURCE} makes of this model are not those of Pinocchio")
+        toolchain.keep(_kept(model), text.encode())
+
+
+def make(model: pin.Model) -> str:
+    """The serialised function of a model, by the C++ program, which is built first if it is not in the cache.
+
+    Raises:
+        SolverError: there is no compiler, it fails, the cache cannot be written, or the program fails.
+        MachineError: there is no room for it.
+    """
+    if reason := fault():
+        raise SolverError(reason)
+    command, text = [str(program())], model.saveToString().encode()
+    try:
+        done = subprocess.run(command, input=text, capture_output=True, check=True, timeout=TIMEOUT)
+    except (OSError, subprocess.SubprocessError) as error:
+        said = (getattr(error, "stderr", None) or str(error).encode()).decode(errors="replace")
+        raise SolverError(f"the program of {SOURCE} fails: {' '.join(said.split())}") from None
+    return done.stdout.decode()
+
+
+def program() -> Path:
+    """The C++ program, built if it is not in the cache; a minute and 3 GB of memory. Raises as `make`."""
+    casadi, pinocchio = Path(ca.__file__).parent, Path(pin.__file__).parents[4]
+    includes = [pinocchio / "include", casadi / "include"]
+    eigens = [folder / "eigen3" for folder in (*includes, Path("/usr/include"))]  # CasADi's wheels bring one
+    flags = (*FLAGS, *(f"-I{folder}" for folder in (*includes, *eigens)))
+    folders = (pinocchio / "lib", casadi)
+    libraries = (*(f"-L{f}" for f in folders), *LIBRARIES, *(f"-Wl,-rpath,{f}" for f in folders))
+    source = files("sgnlp.hand").joinpath(SOURCE).read_text(encoding="utf-8")
+    key = toolchain.fingerprint(source, *flags, *libraries, ca.__version__, pin.__version__, compiler=CPP)
+    target = toolchain.cache_folder() / f"placements-{key}"
+    linking = toolchain.Linking(CPP, ("-s",), libraries)
+    toolchain.once(target, lambda: toolchain.build(target, {SOURCE: source}, flags, linking=linking), CPP)
+    return target
+
+
+def file_name(model: pin.Model) -> str:
+    """The name of the file with the function of a model."""
+    return f"placements-{digest(model)}.casadi"
+
+
+def digest(model: pin.Model) -> str:
+    """What tells models apart that have other placements."""
+    rounded = np.concatenate([_placed(model, *probe) for probe in PROBES]).round(DECIMALS) + 0.0  # no -0.0
+    return hashlib.sha256(f"{model.nq} {model.njoints}".encode() + rounded.tobytes()).hexdigest()[:16]
+
+
+def _texts(model: pin.Model) -> Iterator[str]:
+    """The serialised functions that may be those of a model: what the package carries, and what the cache has."""
+    if (carried := library.beside(file_name(model))) is not None:
+        yield carried.read_text(encoding="utf-8")
+    if kept := toolchain.note_of(_kept(model)):
+        yield kept.decode()
+
+
+def _kept(model: pin.Model) -> Path:
+    return toolchain.cache_folder() / file_name(model)
+
+
+def _read(text: str, model: pin.Model) -> ca.Function | None:
+    """The function in a text; None if this CasADi cannot read it, or it is of another model."""
+    try:
+        found = ca.Function.deserialize(text)
+    except RuntimeError:
+        return None
+    if found.is_null() or (found.size_in(0), found.size_out(1)) != ((model.nq, 1), (3, model.njoints - 1)):
+        return None
+    for check in CHECKS:
+        rotations, positions = (np.array(part) for part in found(_configuration(model, *check)))
+        parts = zip(np.split(rotations, model.njoints - 1, axis=1), positions.T, strict=True)
+        values = np.concatenate([np.column_stack(part).ravel() for part in parts])
+        if np.abs(values - _placed(model, *check)).max() > EXACT:
+            return None
+    return found
+
+
+def _placed(model: pin.Model, first: float, last: float) -> Array:
+    """Rotation beside position (12 J,) of every joint, by numeric Pinocchio."""
+    data = model.createData()
+    pin.forwardKinematics(model, data, _configuration(model, first, last))
+    return np.concatenate([placement.homogeneous[:3].ravel() for placement in list(data.oMi)[1:]])
+
+
+def _configuration(model: pin.Model, first: float, last: float) -> Array:
+    return np.asarray(pin.integrate(model, pin.neutral(model), np.linspace(first, last, model.nv)))

@@ -1,0 +1,123 @@
+"""Where an object has gone on its table: the planar motion that brings what was seen of it onto a new cloud.
+
+    min over ψ, x, y of  Σ w_i (n(y_i)·(T⁻¹ z_i - y_i))²,   T z = c + Rz(ψ) (z - c) + (x, y, h)
+
+z_i are the new points, y_i the known ones next to T⁻¹ z_i, n the normal of the known surface, c the middle of the known
+points, h by how much the table has moved: iterated closest points with planes (Chen & Medioni 1992) by Gauss-Newton,
+w Huber's weight. Known points, not the surface, are what is compared: the surface smooths edges, which would pull.
+Where nothing tells a turn, as of a ball, the damping leaves it at none.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from sgnlp.base.arrays import Array
+from sgnlp.surface.gpis import Gpis, frozen
+
+POINTS = 150
+"""So many of the new points are compared: a cloud has thousands, of which neighbours say the same."""
+STEPS, SETTLED = 30, 1e-5
+"""Steps at most, and the step [m, and rad times the object's radius] that ends them."""
+HUBER = 0.003
+"""Distances above this [m] count less: twice the noise of a depth camera at 0.6 m."""
+DAMPING = 1e-3
+"""Share of the mean diagonal entry of JᵀJ of a shift that is added to both, and for the turn at the object's radius."""
+NEAR, LOST = 0.005, 0.05
+"""The object is the one that was known if as many of the new points are so near its surface [m] as of the known ones,
+but for this share."""
+AGAIN, SEEN = 0.015, 0.8
+"""And if this share of the known points has a new one so near [m]: nothing large has gone or is hidden."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlanarMotion:
+    """z → centre + Rz(yaw) (z - centre) + shift. [rad], [m]."""
+
+    centre: Array  # (3,)
+    yaw: float
+    shift: Array  # (3,)
+
+    @property
+    def rotation(self) -> Array:
+        """Rz(yaw) (3, 3)."""
+        c, s = np.cos(self.yaw), np.sin(self.yaw)
+        return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+    def __call__(self, Z: Array) -> Array:
+        """Points (…, 3) [m], moved."""
+        return self.centre + (Z - self.centre) @ self.rotation.T + self.shift
+
+    def inverse(self, Z: Array) -> Array:
+        """Points (…, 3) [m], moved back."""
+        return self.centre + (Z - self.centre - self.shift) @ self.rotation
+
+    def moved(self, gpis: Gpis) -> Gpis:
+        """The surface, moved: its kernel knows distances alone, so that the weights stay."""
+        X, centre = frozen(self(gpis.X), self(gpis.centre))
+        return replace(gpis, X=X, centre=centre)
+
+
+@dataclass(frozen=True, eq=False)
+class Registration:
+    """A motion and how well it fits.
+
+    `known` and `new` are the shares of those points that are near the known surface, `seen` that of the known points
+    that are seen again.
+    """
+
+    motion: PlanarMotion
+    known: float
+    new: float
+    seen: float
+
+    @property
+    def fits(self) -> bool:
+        """Whether what is seen now is the object that was known, moved."""
+        return self.new >= self.known - LOST and self.seen >= SEEN
+
+
+def registered(gpis: Gpis, known: Array, new: Array, rise: float = 0.0) -> Registration:
+    """The motion of an object of a known surface, of which points `known` (N, 3) were seen and `new` (K, 3) are now.
+
+    `rise` [m] is by how much the table has moved up.
+    """
+    Z, centre, tree = spread(new), known.mean(axis=0), cKDTree(known)
+    shift = np.array([*(_middle(new) - _middle(known))[:2], rise])
+    motion, radius = PlanarMotion(centre, 0.0, shift), float(np.ptp(known, axis=0).max()) / 2
+    for _ in range(STEPS):
+        Y = known[tree.query(motion.inverse(Z))[1]]
+        step = _step(motion, Z, Y, gpis.normal(Y))
+        motion = PlanarMotion(centre, motion.yaw + step[0], motion.shift + np.append(step[1:], 0.0))
+        if max(radius * abs(step[0]), *abs(step[1:])) < SETTLED:
+            break
+    before = spread(known)
+    near, now = (np.abs(gpis.distance(points)) <= NEAR for points in (before, motion.inverse(Z)))
+    again = np.asarray(cKDTree(new).query(motion(before))[0] <= AGAIN)
+    return Registration(motion, float(near.mean()), float(now.mean()), float(again.mean()))
+
+
+def spread(points: Array) -> Array:
+    """At most `POINTS` of the points (N, 3), evenly from their order."""
+    return points[np.linspace(0, len(points) - 1, min(POINTS, len(points))).round().astype(int)]
+
+
+def _middle(points: Array) -> Array:
+    return (points.min(axis=0) + points.max(axis=0)) / 2
+
+
+def offsets(motion: PlanarMotion, Z: Array, Y: Array, N: Array) -> tuple[Array, Array]:
+    """d (K,) [m] of points Z (K, 3) off the planes through Y (K, 3) with normals N (K, 3), and ∂d/∂(ψ, x, y) (K, 3)."""
+    n, arm = N @ motion.rotation.T, Z - motion.centre - motion.shift
+    J = -np.stack([n[:, 1] * arm[:, 0] - n[:, 0] * arm[:, 1], n[:, 0], n[:, 1]], axis=1)
+    return ((motion.inverse(Z) - Y) * N).sum(axis=1), J
+
+
+def _step(motion: PlanarMotion, Z: Array, Y: Array, N: Array) -> Array:
+    """The damped Gauss-Newton step (ψ, x, y) at a motion."""
+    d, J = offsets(motion, Z, Y, N)
+    w = np.minimum(1.0, HUBER / np.maximum(np.abs(d), HUBER))
+    H, radius = J.T @ (w[:, None] * J), float(np.abs(Z - motion.centre - motion.shift)[:, :2].max())
+    H += DAMPING * np.trace(H[1:, 1:]) / 2 * np.diag([radius**2, 1.0, 1.0])
+    return np.asarray(np.linalg.solve(H, -J.T @ (w * d)))

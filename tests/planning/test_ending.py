@@ -1,0 +1,127 @@
+"""Searches that end with enough grasps or at a deadline, and that go on afterwards."""
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from processes import hang
+from scenes import SMALL, hand, observation, posed
+
+from sgnlp.base.errors import InputError
+from sgnlp.base.settings import Solver
+from sgnlp.planning.ending import ENOUGH, Ending
+from sgnlp.planning.faraway import moved_cloud
+from sgnlp.planning.plan import Plan
+from sgnlp.planning.pool import TOO_LATE, Failure, map_starts
+from sgnlp.planning.solution import Solution
+from sgnlp.planning.solve import improve, solve
+from sgnlp.planning.starts import Start, starts
+
+STARTS = 3
+FAR = np.array([120.0, -45.0, 30.0])
+
+
+@pytest.fixture(scope="module")
+def whole() -> Plan:
+    return solve(observation(), hand(), SMALL, count=STARTS, jobs=2)
+
+
+class Ended(Solution):
+    """A solution of which only its start and whether it is feasible are known."""
+
+    def __init__(self, start: int, feasible: bool):
+        object.__setattr__(self, "start", start)
+        object.__setattr__(self, "told", feasible)
+
+    feasible = property(lambda self: self.told)  # type: ignore[assignment]
+
+
+def same(one: Plan, other: Plan) -> bool:
+    """Whether two plans have the same solutions in the same order, bit for bit."""
+    pairs = zip(one.solutions, other.solutions, strict=True)
+    return all(a.start == b.start and np.array_equal(a.wrist, b.wrist) and a.energy == b.energy for a, b in pairs)
+
+
+@given(st.permutations(range(6)), st.lists(st.booleans(), min_size=6, max_size=6), st.integers(1, 6))
+def test_what_is_kept_is_the_shortest_beginning_with_enough_grasps_in_whatever_order_starts_end(order, fine, first):
+    results, kept = [], None
+    for start in order:
+        results.append(Ended(start, fine[start]))
+        kept = kept or Ending(first).kept(results, range(6))
+    expected = next((k for k in range(1, 7) if sum(fine[:k]) == first), None)
+    if expected is None:
+        assert kept is None
+    else:
+        assert [r.start for r in kept] == list(range(6))
+        assert all(isinstance(r, Ended) for r in kept[:expected])
+        assert kept[expected:] == [Failure(i, ENOUGH) for i in range(expected, 6)]
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_a_plan_that_ends_with_its_first_grasp_has_the_same_of_the_whole_plan(whole, jobs):
+    plan = solve(observation(), hand(), SMALL, count=STARTS, jobs=jobs, first=1)
+    first = next(s for s in sorted(whole.solutions, key=lambda s: s.start) if s.feasible)
+    assert same(plan, replace(whole, solutions=(first,)))
+    assert plan.failures == tuple(Failure(i, ENOUGH) for i in range(1, STARTS))
+    assert plan.meta()["first"] == 1
+    assert plan.meta()["starts"] == STARTS
+
+
+def test_an_ended_search_goes_on_to_the_whole_plan(whole):
+    plan = solve(observation(), hand(), SMALL, count=STARTS, jobs=1, first=1)
+    plans = list(improve(plan))
+    assert [len(p.solutions) for p in plans] == list(range(2, STARTS + 1))
+    assert [len(p.solutions) + len(p.failures) for p in plans] == [STARTS] * (STARTS - 1)
+    assert [p.ending for p in plans] == [Ending(1)] * (STARTS - 2) + [Ending()]
+    assert same(plans[-1], whole)
+    assert not list(improve(whole))
+
+
+def test_a_search_can_have_more_starts_than_it_began_with(whole):
+    plan = solve(observation(), hand(), SMALL, count=STARTS - 1, jobs=1)
+    *_, more = improve(plan, STARTS)
+    assert same(more, whole)
+
+
+def test_a_search_goes_on_far_from_the_origin():
+    far = moved_cloud(observation(), FAR)
+    plan = solve(far, hand(), SMALL, count=2, jobs=1)
+    *_, improved = improve(solve(far, hand(), SMALL, count=2, jobs=1, first=1))
+    assert improved.best.start == plan.best.start
+    np.testing.assert_allclose(improved.best.wrist, plan.best.wrist, atol=1e-6)  # moved twice, it is rounded twice
+
+
+def test_a_start_that_hangs_ends_at_the_deadline(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sgnlp.planning.pool.solve_start", hang)
+    plan = solve(observation(), hand(), SMALL, count=STARTS, jobs=2, deadline=1.0)
+    assert plan.failures == tuple(Failure(i, TOO_LATE) for i in range(STARTS))
+    assert plan.best is None
+
+
+def answer_first(planner: object, start: Start) -> int:
+    """A task that answers at once, on a busy machine too, but hangs for every start but the first."""
+    if start.index:
+        time.sleep(1000)
+    return start.index
+
+
+@pytest.mark.parametrize("fault", ["", "no semaphores"])
+def test_what_ended_before_the_deadline_is_kept(monkeypatch, fault):
+    monkeypatch.setattr("sgnlp.planning.pool.semaphores.fault", lambda: fault)
+    monkeypatch.setattr("sgnlp.planning.pool.Planner", lambda *given: None)
+    problem = posed(replace(SMALL, solver=Solver(formulation="penalty")))
+    found = map_starts(answer_first, problem, starts(problem, STARTS, 0), 1, None, None, time.perf_counter() + 5.0)
+    assert list(found) == [0, Failure(1, TOO_LATE), Failure(2, TOO_LATE)]
+
+
+BAD = [(0, None, "first"), (None, 0.0, "deadline"), (None, -1.0, "deadline")]
+
+
+@pytest.mark.parametrize(("first", "deadline", "named"), BAD)
+def test_an_end_that_comes_before_the_beginning_is_refused(first, deadline, named):
+    with pytest.raises(InputError, match=f"{named} must be positive"):
+        solve(observation(), hand(), SMALL, first=first, deadline=deadline)

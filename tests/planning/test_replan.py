@@ -1,0 +1,151 @@
+"""Plans carried over to an object that has moved, has changed, or was touched."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import SMALL, hand, observation
+
+from sgnlp.base.errors import InputError
+from sgnlp.hand.kinematics import frames
+from sgnlp.perception.observation import Observation
+from sgnlp.planning import reopen
+from sgnlp.planning.faraway import moved_cloud
+from sgnlp.planning.plan import Plan
+from sgnlp.planning.replan import BESIDE, REACH, Touch, replan, touched
+from sgnlp.planning.solve import solve
+from sgnlp.planning.warm_start import WarmStart
+from sgnlp.program.variables import AtContact, posture
+from sgnlp.surface.registration import PlanarMotion
+
+STEP = PlanarMotion(np.array([0.01, 0.0, 0.05]), 0.05, np.array([0.01, -0.003, 0.0]))
+UP = np.array([0.0, 0.0, 1.0])
+
+
+@pytest.fixture(scope="module")
+def plan() -> Plan:
+    return solve(observation(), hand(), SMALL, count=2, jobs=2)
+
+
+def seen(cloud: Observation, points: np.ndarray) -> Observation:
+    """Other points in the place of a cloud's."""
+    return replace(cloud, points=points, digest="another")
+
+
+def test_an_object_that_moved_is_grasped_by_the_same_grasp_moved(plan):
+    again = replan(plan, seen(plan.observation, STEP(plan.observation.points)))
+    assert again.replanned == "moved"
+    assert again.meta()["replanned"] == "moved"
+    assert len(again.solutions) == 1
+    assert again.best.feasible
+    assert again.best.start == plan.best.start
+    np.testing.assert_allclose(again.best.grasp.tips, STEP(plan.best.grasp.tips), atol=1e-3)
+    np.testing.assert_allclose(again.best.wrist[:3], STEP(plan.best.wrist[:3]), atol=1e-3)
+    assert again.best.energy == pytest.approx(plan.best.energy, rel=1e-4)
+    assert again.best.solved(again.tolerance)
+    assert again.best.iterations < plan.best.iterations
+
+
+def test_a_stream_of_clouds_is_followed_and_the_number_of_starts_kept(plan):
+    now = plan
+    for _ in range(3):
+        now = replan(now, seen(now.observation, STEP(now.observation.points)))
+        assert now.replanned == "moved"
+        assert now.best is not None
+    thrice = STEP(STEP(STEP(plan.best.grasp.tips)))
+    np.testing.assert_allclose(now.best.grasp.tips, thrice, atol=2e-3)
+    assert now.count == plan.count
+
+
+def test_a_table_that_rises_lifts_the_grasp(plan):
+    higher = moved_cloud(plan.observation, 0.02 * UP)
+    again = replan(plan, higher)
+    assert again.replanned == "moved"
+    np.testing.assert_allclose(again.best.grasp.tips, plan.best.grasp.tips + 0.02 * UP, atol=1e-3)
+
+
+def test_another_body_is_fitted_anew(plan):
+    thinner = plan.observation.points * [1.0, 0.8, 1.0]
+    again = replan(plan, seen(plan.observation, thinner))
+    assert again.replanned == "fitted"
+    assert again.best is not None
+    assert abs(again.problem.gpis.distance(thinner[::50])).max() < 0.005
+
+
+def test_a_plan_without_a_feasible_grasp_is_made_afresh(plan):
+    hopeless = replace(plan, solutions=())
+    again = replan(hopeless, plan.observation)
+    assert again.replanned == ""
+    assert len(again.solutions) == plan.count
+    assert again.best.energy == pytest.approx(plan.best.energy)
+
+
+def test_a_move_across_the_metre_at_which_the_planning_frame_changes_is_followed():
+    cloud = moved_cloud(observation(), np.array([20.497, 0.0, 0.0]))
+    far = solve(cloud, hand(), SMALL, count=1, jobs=1)
+    again = replan(far, moved_cloud(cloud, np.array([0.01, 0.0, 0.0])))
+    assert again.replanned == "moved"
+    moved = far.best.grasp.tips + np.array([0.01, 0.0, 0.0])
+    np.testing.assert_allclose(again.best.grasp.tips, moved, atol=1e-3)
+
+
+@pytest.mark.parametrize("out", [0.0, 0.004, -0.004])
+def test_the_surface_goes_through_a_touched_point_with_its_normal(plan, out):
+    normal = plan.best.grasp.normals[0]
+    point = plan.best.contact_points[0] + out * normal
+    again = replan(plan, touches=[Touch(point, normal)])
+    assert again.replanned == "moved"
+    assert again.best is not None
+    assert abs(again.problem.gpis.distance(point[None])[0]) < 0.002
+    assert again.problem.gpis.normal(point[None])[0] @ normal > np.cos(np.radians(20))
+    assert len(again.problem.gpis.X) == len(plan.problem.gpis.X) + 3
+
+
+def test_a_touch_tilts_the_surface_towards_its_normal(plan):
+    gpis, box, point = plan.problem.gpis, plan.problem.box, plan.best.contact_points[0]
+    before = gpis.normal(point[None])[0]
+    tilted = before + 0.4 * np.cross(before, UP)
+    tilted /= np.linalg.norm(tilted)
+    after = touched(gpis, box, [Touch(point, tilted)]).normal(point[None])[0]
+    assert after @ tilted > before @ tilted + 0.01
+
+
+@pytest.mark.parametrize(
+    ("point", "normal", "said"),
+    [
+        ([0.0, 0.0], UP, "the point of a touch must be three finite numbers"),
+        ([0.0, np.nan, 0.0], UP, "the point of a touch must be three finite numbers"),
+        ([0.0, 0.0, 0.1], [0.0, 0.0, 0.0], "normal of a touch must not be 0"),
+        ([0.0, 0.0, 100.0], UP, "is it in metres"),
+    ],
+)
+def test_a_touch_that_is_none_is_refused(plan, point, normal, said):
+    with pytest.raises(InputError, match=said):
+        replan(plan, touches=[Touch(point, normal)])
+
+
+def test_a_touch_just_beside_the_seen_points_is_taken(plan):
+    side = plan.problem.box.mean(axis=0)
+    side[0] = plan.problem.box[0, 0] - REACH + BESIDE
+    assert len(touched(plan.problem.gpis, plan.problem.box, [Touch(side, [-1.0, 0, 0])]).X) > len(plan.problem.gpis.X)
+
+
+def test_a_moved_warm_start_stands_for_the_moved_grasp(plan):
+    ended, robot = plan.best.ended, plan.problem.hand
+    assert isinstance(ended, WarmStart)
+    motion = PlanarMotion(np.array([0.1, 0.2, 0.0]), 0.8, np.array([0.05, -0.02, 0.01]))
+    before, after = (
+        posture(robot, AtContact(), (warm.start.wrist, warm.start.joints), warm.x, 0.5)
+        for warm in (ended, ended.moved(robot, motion))
+    )
+    np.testing.assert_allclose(after.targets, motion(before.targets), atol=1e-12)
+    np.testing.assert_allclose(after.joints, before.joints)
+    here, there = (frames(robot, at.wrist, at.joints) for at in (before, after))
+    for points, moved in zip(here, there, strict=True):
+        np.testing.assert_allclose(moved, motion(points), atol=1e-12)
+
+
+def test_a_replanned_result_is_not_posed_again_from_its_cloud_alone(plan):
+    again = replan(plan, seen(plan.observation, STEP(plan.observation.points)))
+    with pytest.raises(InputError, match="it was replanned"):
+        reopen.problem(again.arrays(), again.observation, again.problem.hand)
