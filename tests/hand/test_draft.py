@@ -17,7 +17,7 @@ from sgnlp.hand.check import examine
 from sgnlp.hand.draft import pairs as pairs_module
 from sgnlp.hand.draft.chains import chains
 from sgnlp.hand.draft.closing import ends, sense
-from sgnlp.hand.draft.covers import OUTSIDE, SHY, cover
+from sgnlp.hand.draft.covers import OUTSIDE, cover
 from sgnlp.hand.draft.draft import Draft, draft
 from sgnlp.hand.draft.pads import Pad, pad
 from sgnlp.hand.draft.palm import candidates
@@ -224,12 +224,16 @@ def test_what_a_pad_covers_needs_no_other_sphere():
 
 
 def test_spheres_beside_a_pad_stay_behind_it_where_it_looks():
-    tube = surface_samples(cylinder(0.01, 0.06, 24), 3000, np.random.default_rng(0))[0]
-    skin = np.vstack([tube[tube[:, 2] < 0.0299], 0.01 * unit_sphere(500).vertices + [0, 0, 0.03]])
     looks = np.array([1.0, 0, 1]) / np.sqrt(2)
-    one = Pad(np.array([0, 0, 0.03]), 0.01, looks, None, None)
-    end = looks @ one.centre + one.radius
-    assert max(ball.centre @ looks + ball.radius for ball in cover(skin, 0.006, one).balls) <= end - SHY[0] + 1e-9
+
+    def ahead(size: list[float]) -> float:
+        """How far [m] spheres are before the pad at the end of a box."""
+        one = Pad(np.array([0, 0, 0.015]), 0.01, looks, None, None)
+        balls = cover(skin_points(box(size)), 0.008, one).balls
+        return float(max((ball.centre - one.centre) @ looks + ball.radius for ball in balls) - one.radius)
+
+    assert ahead([0.014, 0.016, 0.05]) <= 0
+    assert ahead([0.02, 0.03, 0.05]) <= 0.002  # its corners are 4 mm before the pad, and covered to 3 mm
 
 
 def test_a_shell_that_is_open_on_one_side_is_full_and_a_corner_is_not():

@@ -34,9 +34,9 @@ STEP = 0.002
 """Between candidates on the axes of the joint's frame [m]."""
 OFF_AXIS = 1.1
 """What a sphere costs off the axes of the joint's frame, where derivatives are less sparse, if one on them costs 1."""
-SHY = (0.008, 0.006, 0.004, 0.002, 0.0)
-"""How far spheres stay behind a pad where it looks [m]: what plans leave between links and object at contact, or the
-most that is possible. A sphere beside a broad pad would else keep it off the object."""
+SHY = 0.001 * np.arange(8, -9, -2)
+"""How far spheres stay behind a pad where it looks [m]: as plans leave between links and object at contact, or as near
+to that as still covers. A sphere beside a broad pad would else keep it off the object."""
 GAP, NODES = 0.15, 50
 """Where the integer program ends: this near the best bound, or after so many nodes."""
 DIRECTIONS = 200

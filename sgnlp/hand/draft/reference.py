@@ -17,8 +17,8 @@ from scipy.optimize import least_squares
 from sgnlp.base.arrays import Array
 from sgnlp.hand.draft.body import Body
 from sgnlp.hand.draft.closing import sense
-from sgnlp.hand.kinematics import Chain as Placements
-from sgnlp.hand.kinematics import constant, placements
+from sgnlp.hand.placements import Chain as Placements
+from sgnlp.hand.placements import constant, placements
 
 BALL = 0.25
 """Radius of the ball that is asked for, in lengths of a finger: 34 mm for an Allegro hand, an orange."""
@@ -114,7 +114,7 @@ def _misses(body: Body, thumb: int, asked: float) -> _Misses:
     """What is to be made small, for one finger as the thumb and the radius [m] that is asked for."""
     model, m = body.skeleton.model, len(body.chains)
     q, s, radius = ca.SX.sym("q", model.nq), ca.SX.sym("s", 3), ca.SX.sym("radius")
-    chain = placements(model, ca.SX.eye(3), ca.SX(3, 1), q)
+    chain = placements(model, q, "model walk")  # of a hand that is new, there is no compiled one
     centres = [_place(chain, joint, ball.centre) for joint, ball in body.balls]
     gap = GAP * finger_length(body)
     closing = _closing(body)
