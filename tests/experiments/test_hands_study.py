@@ -23,12 +23,14 @@ def test_the_width_of_a_turned_box_is_its_shorter_side(turn):
 
 
 def test_the_load_is_what_the_motors_press_and_never_more_than_the_plan_s():
-    assert hands.mass(ROBUST, 1e3) == ROBUST.contact.mass
-    force = 1.0
-    load = hands.mass(ROBUST, force)
-    weight, carried = load * hands.GRAVITY, 2 * ROBUST.contact.friction * force * hands.SHARE
-    assert weight <= carried < weight + hands.STEP * hands.GRAVITY
-    assert hands.mass(ROBUST, 2 * force) > load
+    assert hands.loaded(ROBUST, 1e3) == (ROBUST.contact.mass, ROBUST.contact.friction)
+    weak = 1.0  # [N]
+    mass, friction = hands.loaded(ROBUST, weak)
+    assert friction == hands.ROUGH
+    weight, held = mass * hands.GRAVITY, 2 * friction * weak * hands.SHARE
+    assert weight <= held < weight + hands.STEP * hands.GRAVITY
+    assert hands.loaded(ROBUST, 2 * weak)[0] > mass
+    assert hands.loaded(ROBUST, 5.0) == (hands.LIGHT, hands.ROUGH)
 
 
 def test_an_object_is_asked_of_a_hand_only_if_it_fits(monkeypatch):

@@ -15,10 +15,12 @@ from sgnlp.cli import run
 from sgnlp.hand import geometry
 from sgnlp.hand.check import examine
 from sgnlp.hand.draft import pairs as pairs_module
+from sgnlp.hand.draft.body import Body
 from sgnlp.hand.draft.chains import chains
 from sgnlp.hand.draft.closing import ends, sense
 from sgnlp.hand.draft.covers import OUTSIDE, cover
 from sgnlp.hand.draft.draft import Draft, draft
+from sgnlp.hand.draft.order import enough
 from sgnlp.hand.draft.pads import Pad, pad
 from sgnlp.hand.draft.palm import candidates
 from sgnlp.hand.draft.skeleton import Skeleton, skin_points
@@ -128,6 +130,25 @@ def test_two_tips_on_one_link_are_refused(tmp_path: Path):
 
 def test_a_row_of_fingers_begins_beside_the_thumb_and_ends_with_it(row_draft: Draft):
     assert [chain.name for chain in row_draft.body.chains] == ["index", "middle", "ring", "little", "thumb"]
+
+
+@pytest.mark.parametrize(("count", "kept"), [(3, 3), (6, 6), (8, 6)])
+def test_fingers_of_two_joints_are_as_many_as_the_six_freedoms_of_the_wrist(tmp_path: Path, count: int, kept: int):
+    tree = skeleton(radial(tmp_path, count))
+    found = enough(Body(tree, tuple(chains(tree)), (), {}))
+    assert found == [*range(kept - 1), count - 1]
+
+
+def test_the_fingers_that_are_left_out_are_told_and_keep_their_spheres(tmp_path: Path):
+    drafted = draft(radial(tmp_path, 7))
+    assert len(drafted.body.chains) == 6
+    assert len(drafted.left) == 1
+    hand = written(drafted, tmp_path / "hand")
+    assert f"so few joints {drafted.left[0]} cannot meet" in " ".join(
+        (tmp_path / "hand" / "hand.yaml").read_text("utf-8").split()
+    )
+    assert any(sphere.link == drafted.left[0] for sphere in hand.spheres)
+    assert len(draft(radial(tmp_path, 7), tips=[f"f{i}_distal" for i in range(7)]).body.chains) == 7
 
 
 def test_a_thumb_that_nothing_names_is_the_finger_that_opposes_the_others(tmp_path: Path):

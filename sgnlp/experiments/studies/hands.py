@@ -1,8 +1,9 @@
 """Every hand that is here: how many of the objects that fit it get a grasp, and how many of those it holds.
 
 Each plan is made from two views. An object fits a hand if its least horizontal width, with the gap that the pregrasp
-keeps on both sides, is within the largest ball that the hand's pads can touch. The load is that of the preset, or what
-the hand's motors allow if that is less; the plan counts on it.
+keeps on both sides, is within the largest ball that the hand's pads can touch. The load is the preset's, 0.3 kg with a
+friction of 0.6, for a hand whose motors can press so hard; for others a light and rough one, as far as they can press
+for that. The plan counts on its load.
 """
 
 from collections.abc import Sequence
@@ -33,6 +34,7 @@ SHARE = 1 / 3
 """Of the press of a hand that carries the weight; the rest is for torques, for pads that stand aside, and for haste."""
 GRAVITY = 9.81  # [m/s²]
 STEP = 0.01  # loads are rounded down to this [kg]
+LIGHT, ROUGH = 0.1, 1.0  # [kg], friction
 
 
 @dataclass(frozen=True)
@@ -59,10 +61,17 @@ def width(vertices: Array) -> float:
     return float(np.ptp(outline @ across.T, axis=0).min())
 
 
-def mass(settings: Settings, force: float) -> float:
-    """The load [kg] of a hand that presses with a force [N]: 2 μ F · `SHARE` = m g, and no more than the plan's."""
-    allowed = 2 * settings.contact.friction * force * SHARE / GRAVITY
-    return min(settings.contact.mass, np.floor(allowed / STEP) * STEP)
+def loaded(settings: Settings, force: float) -> tuple[float, float]:
+    """Mass [kg] and friction of what a hand lifts that presses with a force [N]: 2 μ F · `SHARE` ≥ m g."""
+    contact = settings.contact
+    if carried(contact.friction, force) >= contact.mass:
+        return contact.mass, contact.friction
+    return min(LIGHT, float(np.floor(carried(ROUGH, force) / STEP) * STEP)), ROUGH
+
+
+def carried(friction: float, force: float) -> float:
+    """The mass [kg] that is held between two sides that press with a force [N]."""
+    return 2 * friction * force * SHARE / GRAVITY
 
 
 def trial(setup: Setup, file: Path, condition: Condition, views: list[str]) -> list[Row]:
@@ -72,9 +81,10 @@ def trial(setup: Setup, file: Path, condition: Condition, views: list[str]) -> l
     assert largest is not None  # or there is no such case
     assert observation.mesh_vertices is not None
     force = press(hand, largest)
-    settings = changed(setup.settings, {"contact.mass": mass(setup.settings, force)})
+    mass, friction = loaded(setup.settings, force)
+    settings = changed(setup.settings, {"contact.mass": mass, "contact.friction": friction})
     plan = solve(observation, hand, settings, jobs=1, count=setup.starts, seed=setup.seed, timeout=setup.timeout)
-    load_settings = SimulationSettings(mass=settings.contact.mass, friction=settings.contact.friction, push_weights=0.0)
+    load_settings = SimulationSettings(mass=mass, friction=friction, push_weights=0.0)
     row = Row(
         load=f"{load_settings.mass:.2g} kg, μ {load_settings.friction:g}",
         **trials.told(plan, condition, views),

@@ -28,6 +28,8 @@ class Draft:
     pairs: pairs.Pairs
     ordered: bool
     """Whether the fingers and their order were guessed, not given."""
+    left: tuple[str, ...]
+    """Fingers that are left out, for they have too few joints to meet an object together with the others."""
     searched: bool
     """Whether the palm was."""
 
@@ -48,6 +50,11 @@ def draft(file: Path, root: str | None = None, tips: Sequence[str] = (), mirror:
     skeleton = _skeleton(file, palm_link, changes)
     fitted = body.body(skeleton, chains.chains(skeleton, tips))
     fitted, relaxed = order.ordered(fitted, reference.reference(fitted), keep=bool(tips))
+    kept, left = order.enough(fitted), tuple[str, ...]()
+    if not tips and len(kept) < len(fitted.chains):
+        left = tuple(str(chain.name) for i, chain in enumerate(fitted.chains) if i not in kept)
+        fitted = body.body(skeleton, [fitted.chains[i] for i in kept])
+        fitted, relaxed = order.ordered(fitted, reference.reference(fitted), keep=True)
     return Draft(
         file=file,
         changes=changes,
@@ -57,6 +64,7 @@ def draft(file: Path, root: str | None = None, tips: Sequence[str] = (), mirror:
         strength=strength.strength(fitted, relaxed.thumb),
         pairs=pairs.pairs(fitted, relaxed.joints),
         ordered=not tips,
+        left=left,
         searched=root is None,
     )
 

@@ -9,9 +9,27 @@ from sgnlp.base.arrays import Array
 from sgnlp.hand.draft.body import Body
 from sgnlp.hand.draft.reference import Reference
 from sgnlp.hand.draft.wrist import bases
+from sgnlp.hand.hand_file import MIN_FINGERS
 
 ROWS = {4: ("index", "middle", "ring"), 5: ("index", "middle", "ring", "little")}
 """What the fingers beside a thumb are called, by the number of all."""
+
+FREE, WRIST = 3, 6
+"""A finger of three joints meets a thing where it likes; the six freedoms of the wrist make up for what others lack."""
+
+
+def enough(body: Body) -> list[int]:
+    """The fingers that can all meet a thing at once, of those in order: the thumb, the last, and its neighbours.
+
+    Σ max(3 - n_i, 0) ≤ 6 with n_i the joints of a finger that move by themselves, if three fingers do not lack more.
+    """
+    model, lacks = body.skeleton.model, list[int]()
+    for chain in body.chains:
+        lacks.append(max(FREE - len({model.idx_qs[joint] for joint in chain.joints}), 0))
+    *row, thumb = range(len(lacks))
+    while len(row) >= MIN_FINGERS and sum(lacks[i] for i in (*row, thumb)) > WRIST:
+        row.pop()
+    return [*row, thumb]
 
 
 def ordered(body: Body, reference: Reference, keep: bool = False) -> tuple[Body, Reference]:

@@ -73,6 +73,10 @@ def _fingers(draft: Draft) -> Iterator[str]:
         thumb = f"{_finger(draft, draft.reference.thumb)} opposes the others best, or is named the thumb"
         order = "from the thumb's neighbour on, the thumb last"
         yield from _note(f"Guessed: a finger for each chain of joints below the root, {order}: {thumb}.")
+    if draft.left:
+        names = " and ".join(draft.left)
+        few = f"with so few joints {names} cannot meet an object together with the others, so they are no fingers here"
+        yield from _note(f"Guessed: {few}. Their links are kept clear of it.")
     yield from _note("Guessed: each pad is the sphere nearest to the skin of the end, on the side that it closes to.")
     yield "fingers:"
     for i, (chain, pad) in enumerate(zip(draft.body.chains, draft.body.pads, strict=True)):
