@@ -134,8 +134,8 @@ def test_fingers_that_are_named_in_another_order_than_they_stand_are_to_be_looke
         ("{name: index, tip: index_tip", "{name: index, tip: ring_tip"),
         ("{name: ring, tip: ring_tip", "{name: ring, tip: index_tip"),
         (
-            "pads: {index: index_tip, middle: middle_tip, ring: ring_tip",
-            "pads: {index: ring_tip, middle: middle_tip, ring: index_tip",
+            "pads: {index: index_pad, middle: middle_pad, ring: ring_pad",
+            "pads: {index: ring_pad, middle: middle_pad, ring: index_pad",
         ),
     ):
         assert old in text
