@@ -9,6 +9,7 @@ import pytest
 from scenes import SMALL, ellipsoid, hand
 
 from sgnlp import InputError, observe, solve
+from sgnlp.hand.hand import load_hand
 from sgnlp.planning.cautions import OF_CLOUDS, REMARKS, cautions, clouds, plans, remarks
 from sgnlp.planning.cautions.planned import Planned
 from sgnlp.planning.starts import starts
@@ -79,6 +80,17 @@ def frame(eye=(0.35, -0.1, 0.4), target=(0.0, 0.0, 0.05)):
     x = np.cross(z, [0, 0, 1.0])
     x /= np.linalg.norm(x)
     return np.stack([x, np.cross(z, x), z], axis=1)
+
+
+def test_a_hand_for_which_the_arm_has_no_mount_of_its_own_is_told(result):
+    robot = load_hand("allegro_left", arm="panda")
+    assert plans.foreign_mount(replace(result, hand=robot)) == ""
+    another = replace(robot, name="another")
+    told = plans.foreign_mount(replace(result, hand=another))
+    assert "no mount for the hand 'another'" in told
+    one = replace(robot.arm, mounts={"default": robot.arm.mount})
+    assert plans.foreign_mount(replace(result, hand=replace(another, arm=one))) == ""
+    assert plans.foreign_mount(result) == ""
 
 
 def test_one_body_on_its_table_gives_no_caution(result):

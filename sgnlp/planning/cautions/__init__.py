@@ -33,6 +33,7 @@ OF_PLANS: tuple[OfPlan, ...] = (
     plans.uncertain_contacts,
     plans.torques,
     plans.far_start,
+    plans.foreign_mount,
 )
 REMARKS: tuple[OfCloud, ...] = (clouds.one_view, clouds.table_assumed)
 """True of so many clouds that only a report says them."""

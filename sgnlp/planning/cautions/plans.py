@@ -142,6 +142,17 @@ def far_start(result: Planned) -> str:
     return far if travel > TRAVEL_SHARE * bound else ""
 
 
+def foreign_mount(result: Planned) -> str:
+    """The arm's file says where hands are screwed to it, but not this one."""
+    arm, name = result.hand.arm, result.hand.name
+    if arm is None or len(arm.mounts) == 1 or name in arm.mounts:
+        return ""
+    return (
+        f"The arm '{arm.name}' has no mount for the hand '{name}' and takes its default, which other hands have: "
+        "say under `mount` of an arm.yaml of your own where yours is screwed to it, and name its folder by --arm."
+    )
+
+
 def close_runner_up(result: Planned) -> str:
     """Another feasible grasp is ranked as good as the first."""
     g, key = result.grasps, str(result.grasps.meta["settings"]["rank_by"])
