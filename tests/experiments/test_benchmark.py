@@ -314,7 +314,7 @@ def test_what_the_phases_and_the_comparisons_need_is_compiled_first_and_only_if_
     bench.ready()
     assert compiled == []
     for formulation, needed in {
-        "two_phase": ["penalty", "constrained"],
+        "two_phase": ["penalty", "constrained", "penalty"],  # the first is that of the hand alone, on any arm
         "constrained": ["constrained", "penalty"],
         "penalty": ["penalty"],
     }.items():
