@@ -31,7 +31,9 @@ COVERED = (
 def test_a_mutation_has_its_text_in_one_place_and_leaves_a_file_that_can_be_read(mutation):
     text = (ROOT / "sgnlp" / mutation.file).read_text(encoding="utf-8")
     mutated = mutation.applied(text)
-    assert ast.dump(ast.parse(mutated)) != ast.dump(ast.parse(text))
+    assert mutated != text
+    if mutation.file.endswith(".py"):  # C is compiled when it is run
+        assert ast.dump(ast.parse(mutated)) != ast.dump(ast.parse(text))
 
 
 @cache
