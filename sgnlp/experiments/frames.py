@@ -53,7 +53,8 @@ def wilson(successes: float, trials: int, level: float = 0.95) -> tuple[float, f
     z, share = NormalDist().inv_cdf((1 + level) / 2), successes / trials
     centre = share + z * z / (2 * trials)
     spread = z * sqrt(share * (1 - share) / trials + z * z / (4 * trials**2))
-    return max((centre - spread) / (1 + z * z / trials), 0.0), min((centre + spread) / (1 + z * z / trials), 1.0)
+    low, high = ((centre + side) / (1 + z * z / trials) for side in (-spread, spread))
+    return min(max(low, 0.0), share), max(min(high, 1.0), share)  # rounding leaves a share of 0 or 1 outside
 
 
 def sign_test(better: int, worse: int) -> float:

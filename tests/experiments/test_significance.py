@@ -43,3 +43,10 @@ def test_the_sign_test_counts_the_splits_that_are_as_uneven(better, worse):
 
 def test_without_a_pair_that_differs_nothing_is_told_apart():
     assert sign_test(0, 0) == 1
+
+
+@pytest.mark.parametrize("n", range(1, 41))
+def test_a_share_is_within_its_interval_to_the_last_digit(n):
+    for k in range(n + 1):
+        low, high = wilson(k, n)
+        assert low <= k / n <= high
