@@ -17,7 +17,7 @@ from scipy.spatial import ConvexHull
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.settings import Settings
-from sgnlp.experiments.frames import Frame, Lines, Tables, percent, pick, wilson
+from sgnlp.experiments.frames import Frame, Lines, Tables, percent, pick
 from sgnlp.experiments.studies import trials
 from sgnlp.experiments.studies.defaults import changed
 from sgnlp.experiments.studies.study import Case, Setup, Study
@@ -26,7 +26,7 @@ from sgnlp.hand.hand import available_hands, load_hand
 from sgnlp.hand.opening import Opening, opening, press
 from sgnlp.perception.observation import Observation, load
 from sgnlp.planning.solve import solve
-from sgnlp.show.plots import Panel, Series
+from sgnlp.show.plots import Panel
 from sgnlp.simulation import SimulationSettings
 
 CAMERAS = 2
@@ -138,11 +138,8 @@ def table(rows: Frame) -> Lines:
 
 def panels(rows: Frame) -> list[Panel]:
     """Success of every hand with its interval."""
-    names = list(rows.condition.unique())
-    scores = [pick(rows, condition=name).score for name in names]
-    low, high = ([100 * end for end in ends] for ends in zip(*(wilson(s.sum(), len(s)) for s in scores), strict=True))
-    bars = Series("held", names, [100 * score.mean() for score in scores], low, high)
-    return [Panel("", "", "success [%]", (bars,), bars=True, y_range=(0, 100))]
+    scores = {name: pick(rows, condition=name).score for name in rows.condition.unique()}
+    return [trials.success_panel("", "held", scores)]
 
 
 STUDY = Study(

@@ -15,7 +15,7 @@ from zlib import crc32
 import numpy as np
 
 from sgnlp.base.arrays import Array
-from sgnlp.experiments.frames import Frame, Lines, Tables, percent, pick, wilson
+from sgnlp.experiments.frames import Frame, Lines, Tables, percent, pick
 from sgnlp.experiments.studies import trials
 from sgnlp.experiments.studies.study import Case, Setup, Study
 from sgnlp.experiments.studies.trials import Condition
@@ -27,7 +27,7 @@ from sgnlp.perception.synthetic.scenes import CAMERA, RING
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.replan import replan
 from sgnlp.planning.solve import solve
-from sgnlp.show.plots import Panel, Series
+from sgnlp.show.plots import Panel
 from sgnlp.simulation import SimulationSettings
 from sgnlp.surface.registration import PlanarMotion
 
@@ -180,11 +180,9 @@ def held(rows: Frame) -> Lines:
 
 def panels(rows: Frame) -> list[Panel]:
     """Success at the last step with its interval."""
-    last, names = rows[rows.step == STEPS], [REPLANNED, AFRESH]
-    scores = [pick(last, condition=name).score.fillna(0) for name in names]
-    low, high = ([100 * end for end in ends] for ends in zip(*(wilson(s.sum(), len(s)) for s in scores), strict=True))
-    bars = Series("held", names, [100 * score.mean() for score in scores], low, high)
-    return [Panel("after 20 steps", "", "success [%]", (bars,), bars=True, y_range=(0, 100))]
+    last = rows[rows.step == STEPS]
+    scores = {name: pick(last, condition=name).score.fillna(0) for name in (REPLANNED, AFRESH)}
+    return [trials.success_panel(f"after {STEPS} steps", "held", scores)]
 
 
 STUDY = Study(

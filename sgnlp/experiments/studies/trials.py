@@ -4,7 +4,7 @@ A condition is a number of cameras and a change of the settings. Every trial is 
 a feasible grasp counts as a failed trial.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from math import nan, pi
@@ -277,9 +277,14 @@ def panels(rows: Frame, half: str = "held_out") -> list[Panel]:
     """Success in every condition on a half, with its interval; a panel for each load."""
     shown, names = [], list(rows.condition.unique())
     for load_name in LOADS:
-        scores = [of(rows, name, load_name, half).score for name in names]
-        spans = [wilson(score.sum(), len(score)) for score in scores]
-        low, high = ([100 * end for end in ends] for ends in zip(*spans, strict=True))
-        series = Series(f"{HALVES[half]} half", names, [100 * score.mean() for score in scores], low, high)
-        shown.append(Panel(load_name, "", "success [%]", (series,), bars=True, y_range=(0, 100)))
+        scores = {name: of(rows, name, load_name, half).score for name in names}
+        shown.append(success_panel(load_name, f"{HALVES[half]} half", scores))
     return shown
+
+
+def success_panel(title: str, label: str, scores: Mapping[str, Any]) -> Panel:
+    """Mean score in percent with its interval, a bar for each name; the scores are columns of a frame."""
+    spans = [wilson(score.sum(), len(score)) for score in scores.values()]
+    low, high = ([100 * end for end in ends] for ends in zip(*spans, strict=True))
+    series = Series(label, list(scores), [100 * score.mean() for score in scores.values()], low, high)
+    return Panel(title, "", "success [%]", (series,), bars=True, y_range=(0, 100))
