@@ -3,6 +3,7 @@
 Twists and Jacobians are those of the hand's root link at its origin, along the axes of the world, linear part first.
 """
 
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -11,13 +12,16 @@ import pinocchio as pin
 
 from sgnlp.base.arrays import Array
 from sgnlp.hand.arm import Arm
-from sgnlp.hand.kinematics import moved, points
+from sgnlp.hand.kinematics import axes, moved, points
 from sgnlp.hand.model import places
 from sgnlp.hand.placements import Backend, Chain, backend, constant, placements
 
 DAMPING = 1e-4
 """ε [m or rad, by radian] of `log_manipulability`: singular values of the Jacobian far below it count as it."""
 TWIST = 6
+
+Placement = tuple[ca.SX, ca.SX]
+"""Rotation (3, 3) and position (3,) [m]."""
 
 
 def wrist_pose(arm: Arm, q: Array) -> Array:
@@ -66,19 +70,31 @@ def gravity_torques(arm: Arm, q: Array, mass: float, com_in_wrist: Array) -> Arr
     return np.asarray(links - (J[:3] - pin.skew(lever) @ J[3:]).T @ (mass * gravity))
 
 
-def arm_forward(arm: Arm, q: ca.SX, using: Backend | None = None) -> tuple[ca.SX, ca.SX, ca.SX]:
-    """Rotation (3, 3) and position (3,) [m] of the hand's root link and the spheres (S, 3) [m], for joints q (a,).
+@dataclass(frozen=True)
+class ArmFrames:
+    """Symbolic positions in the world of an arm with S spheres and a joints; its axes are as in `kinematics.Frames`."""
+
+    rotation: ca.SX  # (3, 3), orientation of the hand's root link
+    position: ca.SX  # (3,) [m], its origin
+    spheres: ca.SX  # (S, 3) [m]
+    along: ca.SX  # (a, 3)
+    about: ca.SX  # (a, 3)
+    pivots: ca.SX  # (a, 3) [m]
+
+
+def arm_forward(arm: Arm, q: ca.SX, base: Placement | None = None, using: Backend | None = None) -> ArmFrames:
+    """The frames at joints q (a,), with the arm's base at its own place or at another one, `base`.
 
     The backend is the best unless `using` names one; raises `InputError` for one that does not run here.
     """
-    base = pin.XYZQUATToSE3(arm.base)
-    turn, shift = constant(base.rotation), constant(base.translation)
+    own = pin.XYZQUATToSE3(arm.base)
+    turn, shift = base or (constant(own.rotation), constant(own.translation))
     chain = placements(arm.model, q, using or backend(arm.model))
     spheres = points(arm.model, chain, [(sphere.link, sphere.centre) for sphere in arm.spheres])
     rotation, position = _wrist(arm, chain)
-    placed = [ca.mtimes(turn, rotation), ca.mtimes(turn, position) + shift, moved(turn, shift, spheres)]
-    rotation, position, spheres = ca.cse(placed)
-    return rotation, position, spheres
+    along, about, pivots = axes(arm.model, chain)
+    placed = [turn @ rotation, turn @ position + shift, moved(turn, shift, spheres)]
+    return ArmFrames(*ca.cse([*placed, along @ turn.T, about @ turn.T, moved(turn, shift, pivots)]))
 
 
 def log_manipulability(arm: Arm, q: ca.SX, using: Backend | None = None) -> ca.SX:
@@ -111,15 +127,9 @@ def _wrist(arm: Arm, chain: Chain) -> tuple[ca.SX, ca.SX]:
 
 def _symbolic_jacobian(arm: Arm, chain: Chain) -> ca.SX:
     """The Jacobian (6, a), column by column: z × (p - pᵢ) and z of a revolute joint, z and 0 of a prismatic one."""
-    position, columns = _wrist(arm, chain)[1], []
-    for joint in range(1, arm.model.njoints):
-        data = arm.model.joints[joint].createData()
-        arm.model.joints[joint].calc(data, np.zeros(arm.model.nq))
-        linear, angular = np.split(np.asarray(data.S).ravel(), 2)  # its motion subspace, the same at every angle
-        rotation, origin = chain[joint]
-        along, about = ca.mtimes(rotation, constant(linear)), ca.mtimes(rotation, constant(angular))
-        columns.append(ca.vertcat(along + ca.cross(about, position - origin), about))
-    return ca.horzcat(*columns)
+    along, about, pivots = axes(arm.model, chain)
+    lever = ca.repmat(_wrist(arm, chain)[1].T, pivots.shape[0], 1) - pivots
+    return ca.horzcat(along + ca.cross(about, lever, 2), about).T
 
 
 def _pivots(matrix: ca.SX) -> list[ca.SX]:

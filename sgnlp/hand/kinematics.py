@@ -23,13 +23,20 @@ SERIES_TERMS = 16
 
 @dataclass(frozen=True)
 class Frames:
-    """Symbolic positions in the world of a hand with m fingers, S spheres and L links."""
+    """Symbolic positions in the world of a hand with m fingers, S spheres, L links and J joints, those that mimic too.
+
+    A joint moves what it carries along its axis or about it, through its pivot. The axes have length 1, but for joints
+    that mimic another: theirs are as long as the multiplier.
+    """
 
     tips: ca.SX  # (m, 3) [m]
     spheres: ca.SX  # (S, 3) [m]
     position: ca.SX  # (3,) [m], origin of the root link
     rotation: ca.SX  # (3, 3), orientation of the root link
     origins: ca.SX  # (L, 3) [m], origins of the frames of `link_names`
+    along: ca.SX  # (J, 3)
+    about: ca.SX  # (J, 3)
+    pivots: ca.SX  # (J, 3) [m]
 
 
 def forward(hand: Hand, wrist: ca.SX, joints: ca.SX, v: ca.SX, using: Backend | None = None) -> Frames:
@@ -48,14 +55,30 @@ def forward(hand: Hand, wrist: ca.SX, joints: ca.SX, v: ca.SX, using: Backend | 
     tips = world([(finger.frame, finger.offset) for finger in hand.fingers])
     spheres = world([(sphere.link, sphere.centre) for sphere in hand.spheres])
     origins = world([(link, np.zeros(3)) for link in link_names(hand)])
-    tips, spheres, position, rotation = ca.cse([tips, spheres, position, rotation])
-    return Frames(tips, spheres, position, rotation, origins)
+    along, about, pivots = axes(hand.model, chain)
+    placed = [tips, spheres, position, rotation, along @ rotation.T, about @ rotation.T]
+    tips, spheres, position, rotation, along, about = ca.cse([*placed])
+    return Frames(tips, spheres, position, rotation, origins, along, about, moved(rotation, position, pivots))
 
 
 def points(model: pin.Model, chain: Chain, on_links: list[tuple[str, Array]]) -> ca.SX:
     """Positions (K, 3) [m] of points fixed to links in the frame of the model's root, from its `placements`."""
     rows = [_point(model, chain, link, point).T for link, point in on_links]
     return ca.vertcat(*rows) if rows else ca.SX(0, 3)
+
+
+def axes(model: pin.Model, chain: Chain) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Along, about and the pivots (J, 3) of all joints as in `Frames`, in the frame of the model's root."""
+    along, about, pivots = ca.SX(0, 3), ca.SX(0, 3), ca.SX(0, 3)
+    for joint in range(1, model.njoints):
+        data = model.joints[joint].createData()
+        model.joints[joint].calc(data, np.zeros(model.nq))
+        linear, angular = np.split(np.asarray(data.S).ravel(), 2)  # its motion subspace, the same at every angle
+        rotation, pivot = chain[joint]
+        along = ca.vertcat(along, ca.mtimes(rotation, constant(linear)).T)
+        about = ca.vertcat(about, ca.mtimes(rotation, constant(angular)).T)
+        pivots = ca.vertcat(pivots, pivot.T)
+    return along, about, pivots
 
 
 def moved(rotation: ca.SX, position: ca.SX, at: ca.SX) -> ca.SX:

@@ -56,6 +56,7 @@ class Parts:
 class Arrays(Protocol):
     """The few operations in which arrays of CasADi and of NumPy differ."""
 
+    def named(self, name: str, value: Any) -> Any: ...  # noqa: D102
     def rows(self, v: Any, m: int) -> Any: ...  # noqa: D102
     def scaled(self, k: Any, A: Any) -> Any: ...  # noqa: D102
     def each(self, v: Any, K: int) -> Any: ...  # noqa: D102
@@ -63,8 +64,15 @@ class Arrays(Protocol):
     def wrench(self, forces: Any, arms: Any, load: Any) -> Any: ...  # noqa: D102
 
 
+@dataclass(frozen=True)
 class Symbolic:
-    """Those of CasADi."""
+    """Those of CasADi; `lift` is that of `sgnlp.program.lifting`."""
+
+    lift: Callable[[str, ca.SX], ca.SX]
+
+    def named(self, name: str, value: ca.SX) -> ca.SX:
+        """A quantity that much else depends on."""
+        return self.lift(name, value)
 
     def rows(self, v: ca.SX, m: int) -> ca.SX:
         """v (3,) in each of m rows."""
@@ -89,6 +97,10 @@ class Symbolic:
 
 class Numeric:
     """Those of NumPy."""
+
+    def named(self, name: str, value: Any) -> Any:
+        """A quantity that much else depends on."""
+        return value
 
     def rows(self, v: Any, m: int) -> Any:
         """v (3,) in each of m rows."""
@@ -117,7 +129,8 @@ def assemble(parts: Parts, hand: Hand, given: SimpleNamespace, samples: int, den
     p, p_eq, R = parts.contacts, parts.contacts_eq, parts.rotation
     centre, weight = xp.rows(given.com, m), given.mass * GRAVITY
     arms, arms_eq = p - centre, p_eq - xp.rows(R @ given.com + parts.translation, m)
-    forces, forces_eq = xp.scaled(parts.gains, parts.targets - p), xp.scaled(parts.gains, parts.targets - p_eq)
+    forces = xp.named("forces", xp.scaled(parts.gains, parts.targets - p))
+    forces_eq = xp.named("forces_eq", xp.scaled(parts.gains, parts.targets - p_eq))
     return Grasp(
         wrist_position=parts.wrist_position,
         wrist_rotation=parts.wrist_rotation,
@@ -146,7 +159,7 @@ def assemble(parts: Parts, hand: Hand, given: SimpleNamespace, samples: int, den
         wrench=xp.wrench(forces, arms, weight),
         wrench_eq=xp.wrench(forces_eq, arms_eq, weight),
         normals=parts.normals,
-        normals_eq=parts.normals @ R.T,
+        normals_eq=xp.named("normals_eq", parts.normals @ R.T),
         gaps=parts.gaps,
         contact_deviations=parts.contact_deviations,
         path_deviations=parts.path_deviations,

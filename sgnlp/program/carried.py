@@ -7,7 +7,7 @@ lift. The joints are variables beside the wrist's coordinates, and these are row
 longer expression for the arm. The arm stands still while the fingers close: its pregrasp is its first contact.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
@@ -16,14 +16,14 @@ import numpy as np
 import pinocchio as pin
 
 from sgnlp.hand.arm import Arm
-from sgnlp.hand.arm_kinematics import arm_forward, log_manipulability, manipulability
+from sgnlp.hand.arm_kinematics import ArmFrames, arm_forward, log_manipulability, manipulability
 from sgnlp.hand.hand import Hand
-from sgnlp.hand.kinematics import Frames, moved, quaternion_matrix
+from sgnlp.hand.kinematics import Frames, quaternion_matrix
 from sgnlp.hand.model import coordinates
 from sgnlp.program import equilibrium
 from sgnlp.program.lifting import Lifting
+from sgnlp.program.motion import Link, Motion
 
-ORIGIN = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 UNIT = 0.2
 """[rad] of the scaled variables: the arm then moves the hand by 10 cm."""
 LEVER = 0.1
@@ -69,29 +69,31 @@ class ArmModel:
     `spheres` (3 A, 3) [m] are the free ones, posture by posture.
     """
 
-    def __init__(self, hand: Hand, lifting: Lifting, par: SimpleNamespace, frames: Frames, x: ca.SX):
+    def __init__(self, hand: Hand, lifting: Lifting, par: SimpleNamespace, frames: Frames, root: Link, x: ca.SX):
         assert hand.arm is not None
-        self._arm, self._hand, self._wrist = hand.arm, hand, frames
-        self._bare = replace(hand.arm, base=ORIGIN)  # the base is a parameter: no scene needs a program of its own
-        self._base = quaternion_matrix(par.base[3:]), par.base[:3]
+        self._arm, self._hand, self._lifting = hand.arm, hand, lifting
+        self._base = quaternion_matrix(par.base[3:]), par.base[:3]  # a parameter: no scene needs its own program
         self._joints = ca.vertsplit(x[: POSTURES * len(hand.arm.joint_names)], len(hand.arm.joint_names))
+        self._wrist, self._root = frames, root
+        self._centre = lifting.lift("wrist", frames.position, root.shift)
         self._places = [self._placed(q) for q in self._joints]
-        self._count, (R, p, _) = len(hand.arm.spheres), self._places[0]
-        palm = [(p + R @ ca.SX(hand.spheres[i].centre)).T for i in near_spheres(hand)]  # rigid with the flange
-        self._spheres = lifting.lift("arm", ca.vertcat(*[s for _, _, s in self._places], *palm))
-        free = hand.arm.free_spheres
-        self.spheres = ca.vertcat(*[self._spheres[[k * self._count + i for i in free], :] for k in range(POSTURES)])
+        self._count, near = len(hand.arm.spheres), near_spheres(hand)
+        first = self._places[0]  # the palm is rigid with the flange
+        palm = [(first.frames.position + first.frames.rotation @ ca.SX(hand.spheres[i].centre)).T for i in near]
+        self._palm = first.motion.points("palm_spheres", ca.vertcat(ca.SX(0, 3), *palm), [hand.arm.flange] * len(near))
+        self.spheres = ca.vertcat(*[place.spheres[hand.arm.free_spheres, :] for place in self._places])
 
     def state(self, par: SimpleNamespace, distances: ca.SX) -> Carried:
         """The arm, with the distances (3 A,) [m] of its spheres to what stands around."""
-        arm, s = self._arm, self._spheres[: self._count, :]
+        arm, s = self._arm, self._places[0].spheres
         radii = np.array([sphere.radius for sphere in arm.spheres])
         first, second = [i for i, _ in arm.pairs], [j for _, j in arm.pairs]
         far, near = far_spheres(arm), near_spheres(self._hand)
         ahead, up = self._wrist.rotation @ ca.SX(self._hand.palm), ca.vertcat(0, 0, par.lift)
-        goals = [self._wrist.position + by for by in (ca.SX(3, 1), -par.standoff * ahead, up)]
-        errors = [self._error(R, p, goal) for (R, p, _), goal in zip(self._places, goals, strict=True)]
-        palm = self._spheres[POSTURES * self._count :, :]
+        ahead = self._lifting.lift("ahead", ahead, self._root.swing(self._lifting.constant("palm", ahead)))
+        goals = [self._centre + by for by in (ca.SX(3, 1), -par.standoff * ahead, up)]
+        errors = [self._error(place, goal) for place, goal in zip(self._places, goals, strict=True)]
+        palm = self._palm
         gaps = [
             _lengths(s[far, :] - ca.repmat(palm[k, :], len(far), 1)) - radii[far] - self._hand.spheres[i].radius
             for k, i in enumerate(near)
@@ -110,20 +112,36 @@ class ArmModel:
             dexterity=self._dexterity(),
         )
 
-    def _placed(self, q: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
-        """Rotation and position of the hand's root link and all spheres in the world."""
-        R, p, s = arm_forward(self._bare, q, self._hand.kinematics)
-        turn, shift = self._base
-        return turn @ R, turn @ p + shift, moved(turn, shift, s)
+    def _placed(self, q: ca.SX) -> "_Placed":
+        """The arm at joints q (a,)."""
+        arm, lifting = self._arm, self._lifting
+        at = arm_forward(arm, q, self._base, self._hand.kinematics)
+        motion = Motion(arm.model, at, Link(self._base[1]), lifting.displacement("arm_turns", q), lifting)
+        spheres = motion.points("arm", at.spheres, [sphere.link for sphere in arm.spheres])
+        return _Placed(at, motion, spheres, motion.points("flange", at.position.T, [arm.flange]).T)
 
     def _dexterity(self) -> ca.SX:
         home = float(np.log(manipulability(self._arm, self._arm.home)))
         return log_manipulability(self._arm, self._joints[0], self._hand.kinematics) - home
 
-    def _error(self, R: ca.SX, p: ca.SX, goal: ca.SX) -> ca.SX:
+    def _error(self, place: "_Placed", goal: ca.SX) -> ca.SX:
         """Place and turn (6,) [m] off the wrist turned alike at a goal: of a small turn θ the latter is LEVER θ."""
-        turn = equilibrium.gibbs_vector(R @ self._wrist.rotation.T)
-        return ca.vertcat(p - goal, 2 * LEVER * turn)
+        off = place.frames.rotation @ self._wrist.rotation.T
+        held = self._lifting.constant("off", off)
+        turned = (held + place.motion.of(self._arm.flange).swing(held)).T
+        turned = (turned + self._root.swing(turned)).T  # E(ω) Q E(-ω'): the wrist turns too
+        turn = self._lifting.lift("turn_off", equilibrium.gibbs_vector(off), equilibrium.gibbs_vector(turned))
+        return ca.vertcat(place.flange - goal, 2 * LEVER * turn)
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """An arm somewhere: its spheres (S, 3) and the place (3,) of the hand's root link, lifted."""
+
+    frames: ArmFrames
+    motion: Motion
+    spheres: ca.SX
+    flange: ca.SX
 
 
 def _lengths(rows: ca.SX) -> ca.SX:

@@ -79,15 +79,13 @@ def gibbs_vector(R: ca.SX) -> ca.SX:
     return ca.inv_skew(R - R.T) / ca.fmax(1 + ca.trace(R), TINY)
 
 
-def stiffness(R: ca.SX, B: ca.SX) -> ca.SX:
-    """ρ [N m] of the profile B (3, 3) [N m] if R (3, 3) is its equilibrium: S = B Rᵀ is then symmetric, λ = tr S.
+def stiffness(S: ca.SX) -> ca.SX:
+    """ρ [N m] of S = R Bᵀ (3, 3) [N m] if R is the equilibrium of B: S is then symmetric, and λ = tr S.
 
     The eigenvalues of λ I - S are those of the rotational stiffness, so ζ is its determinant.
     """
-    norm = _norm(B)
-    S = B @ R.T / norm
     lam = ca.trace(S)
-    return norm * ca.det(lam * ca.DM.eye(3) - (S + S.T) / 2) / ca.fmax(lam**2, TINY)
+    return ca.det(lam * ca.DM.eye(3) - S) / ca.fmax(lam**2, TINY)
 
 
 def _norm(B: ca.SX) -> ca.SX:
@@ -105,16 +103,23 @@ def profile(P: ca.SX, O: ca.SX, k: ca.SX, mass: ca.SX, com: ca.SX) -> ca.SX:
     `mass` [kg] and centre of mass `com` (3) [m] are those of the object; mass 0 leaves gravity out.
     """
     p, o = weighted_mean(k, P), weighted_mean(k, O)
-    K = ca.repmat(k, 1, 3)
-    B = (K * (O - ca.repmat(o, O.shape[0], 1))).T @ (P - ca.repmat(p, P.shape[0], 1))
-    load = ca.vertcat(0, 0, mass * GRAVITY)
-    return B - load @ (com.T - p)
+    B = pulls(O, o, k).T @ (P - ca.repmat(p, P.shape[0], 1))
+    return B - load(mass) @ (com.T - p)
 
 
-def translation(R: ca.SX, P: ca.SX, O: ca.SX, k: ca.SX, mass: ca.SX) -> ca.SX:
-    """t (3) [m] of the equilibrium with rotation R: ō - R p̄ - (M g/Σk) e_z."""
-    load = ca.vertcat(0, 0, mass * GRAVITY)
-    return weighted_mean(k, O).T - R @ weighted_mean(k, P).T - load / ca.sum1(k)
+def pulls(O: ca.SX, o: ca.SX, k: ca.SX) -> ca.SX:
+    """k_i (o_i - ō) (m, 3) [N] of targets O (m, 3), their weighted mean o (1, 3) and gains k (m): their sum is 0."""
+    return ca.repmat(k, 1, 3) * (O - ca.repmat(o, O.shape[0], 1))
+
+
+def load(mass: ca.SX) -> ca.SX:
+    """M g e_z (3,) [N]."""
+    return ca.vertcat(0, 0, mass * GRAVITY)
+
+
+def translation(R: ca.SX, p: ca.SX, o: ca.SX, k: ca.SX, mass: ca.SX) -> ca.SX:
+    """t (3) [m] of the equilibrium with rotation R: ō - R p̄ - (M g/Σk) e_z, of the weighted means (1, 3)."""
+    return o.T - R @ p.T - load(mass) / ca.sum1(k)
 
 
 def printed_profile(P: ca.SX, O: ca.SX, k: ca.SX) -> ca.SX:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from sgnlp.base.settings import Settings, Solver
 from sgnlp.hand.hand import Hand
 from sgnlp.program import equilibrium
+from sgnlp.program.attitude import attitude
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.lifting import Lifting
 from sgnlp.program.terms.term import Term
@@ -99,8 +100,8 @@ class Formulation:
 
     def rotation(self, added: ca.SX, B: ca.SX, lifting: Lifting) -> tuple[ca.SX, ca.SX]:
         """R (3, 3) and ρ [N m] of the object's motion to the equilibrium with profile B, in closed form."""
-        return equilibrium.rotation(B, lifting.freeze("root", equilibrium.root_guess(B)))
+        return attitude(B, lifting)
 
     def translation(self, added: ca.SX, R: ca.SX, par: SimpleNamespace, p: ca.SX, o: ca.SX, k: ca.SX) -> ca.SX:
-        """t (3) [m] of that motion, for contacts p (m, 3), targets o (m, 3) and gains k (m), in closed form."""
+        """t (3) [m] of that motion, for the weighted means (1, 3) of contacts and targets and the gains k (m)."""
         return equilibrium.translation(R, p, o, k, par.mass)

@@ -1,20 +1,33 @@
 """Exact first and second derivatives through named intermediate quantities.
 
-A problem is written over w = (x, u_1, u_2, …) where each u_i has a definition in terms of what stands before it.
-Derivatives with respect to x follow by eliminating the u_i backwards, with D_i = ∂u_i/∂(before):
+A problem is written over w = (x, u_1, u_2, …), where each u_i has a definition in terms of what stands before it. Let
+L be linear in all parts, ν = ∂L/∂u the adjoints, D_i = ∂u_i/∂(before). The Hessian of L with respect to x is
 
-    ∇L  ←  ∇L_before + D_iᵀ ν_i,                                   ν_i = (∇L)_i
-    H   ←  H_bb + H_bi D_i + D_iᵀ H_ib + D_iᵀ H_ii D_i + ∇²(ν_iᵀ u_i)
-    J   ←  J_b + J_i D_i
+    Tᵀ M T,     M = ∇²L + Σ_i ∇²(ν_iᵀ u_i),     T = ∂w/∂x by D
 
-This is the chain rule, so the result equals that of differentiating the substituted expression; but every Hessian
-is one of a short expression in few variables, which CasADi's colouring does in a fraction of the work. H before
-the elimination is the Hessian of the problem lifted to the variables w.
+M is sparse: it has the second derivatives of short expressions in few variables. Then one u after the other is folded
+into what it depends on, in M, in rows of Jacobians, and in the D of those that are folded later:
+
+    M  ←  M_bb + M_bi D_i + D_iᵀ M_ib + D_iᵀ M_ii D_i,     J  ←  J_b + J_i D_i
+
+This is the chain rule, so that the result equals that of differentiating the substituted expression.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import casadi as ca
+
+
+@dataclass(frozen=True, eq=False)
+class Quantity:
+    """A lifted quantity u, whose symbols are w[low:high]; `slope` has its derivatives."""
+
+    low: int
+    high: int
+    slope: ca.SX
+    late: bool
 
 
 class Lifting:
@@ -22,81 +35,159 @@ class Lifting:
 
     def __init__(self, x: ca.SX):
         self.x = x
-        self._w = x  # all symbols so far, x first
-        self._definitions: list[ca.SX] = []
-        self._frozen: set[int] = set()
+        self._lifted = [x]  # all symbols that are differentiated, x first
+        self._size = x.numel()  # of them
+        self._quantities: list[Quantity] = []
+        self._known: list[tuple[ca.SX, ca.SX]] = []  # each symbol that is not of x, and its value
+        self._zeros: list[ca.SX] = []  # symbols of displacements
 
-    def lift(self, name: str, definition: ca.SX) -> ca.SX:
-        """A symbol of the definition's shape that stands for it from here on."""
-        symbol = ca.SX.sym(name, *definition.shape)
-        self._definitions.append(ca.vec(definition))
-        self._w = ca.vertcat(self._w, ca.vec(symbol))
+    def lift(self, name: str, value: ca.SX, slope: ca.SX | None = None, late: bool = False) -> ca.SX:
+        """A symbol of the value's shape that stands for it from here on.
+
+        Its derivatives are those of `slope`, an expression that agrees with the value in both derivatives and is
+        easier to differentiate. A `late` quantity is folded after all that are not: worth while where many numbers
+        depend on few, and these on many.
+        """
+        symbol, low = self.constant(name, value), self._size
+        self._size += symbol.numel()
+        slope = ca.vec(ca.SX(value if slope is None else slope))
+        self._quantities.append(Quantity(low, self._size, slope, late))
+        self._lifted.append(ca.vec(symbol))
         return symbol
 
-    def freeze(self, name: str, definition: ca.SX) -> ca.SX:
-        """A symbol that has the definition's value but is a constant to every derivative."""
-        symbol = self.lift(name, definition)
-        self._frozen.add(len(self._definitions) - 1)
+    def constant(self, name: str, value: ca.SX) -> ca.SX:
+        """A symbol that has the value but no derivative."""
+        symbol = ca.SX.sym(name, *value.shape)
+        self._known.append((ca.vec(symbol), ca.vec(value)))
         return symbol
 
-    def value(self, expressions: Sequence[ca.SX]) -> list[ca.SX]:
-        """The expressions with every lifted symbol replaced by its definition: functions of x alone."""
-        w, within = self._w, {symbol.element_hash() for symbol in self._w.elements()}
-        n = self.x.numel()
-        values = self.x
-        for definition in self._definitions:
-            parameters = _free(definition, within)
-            known = ca.Function("definition", [w[:n], *parameters], [definition])
-            values = ca.vertcat(values, known(values, *parameters))
-            n += definition.numel()
-        parameters = _free(ca.vertcat(*[ca.vec(e) for e in expressions]), within)
-        result = ca.Function("value", [w, *parameters], list(expressions))(values, *parameters)
+    def displacement(self, name: str, of: ca.SX, late: bool = False) -> ca.SX:
+        """A symbol that is zero and has the derivatives of an expression: by how far that is from where it is."""
+        symbol = self.lift(name, ca.SX.zeros(*of.shape), of, late)
+        self._zeros.append(ca.vec(symbol))
+        return symbol
+
+    def values(self, expressions: Sequence[ca.SX]) -> list[ca.SX]:
+        """The expressions with every lifted symbol replaced by its value: functions of x alone."""
+        symbols, values = self._values
+        parameters = _free(
+            ca.vertcat(*[ca.vec(e) for e in expressions]), {s.element_hash() for s in symbols.elements()}
+        )
+        result = ca.Function("values", [symbols, *parameters], list(expressions))(values, *parameters)
         return list(result) if isinstance(result, tuple | list) else [result]
+
+    def gradient(self, scalar: ca.SX) -> ca.SX:
+        """∂scalar/∂x (nx,), still written over w. It is dense: solvers read its numbers one after the other."""
+        return ca.densify(self._adjoints(self._slope(scalar).T)[: self.x.numel()])
 
     def jacobian(self, rows: ca.SX) -> ca.SX:
         """∂rows/∂x (n, nx), still written over w."""
-        J = ca.jacobian(rows, self._w)
-        for low, high, definition in self._backwards():
-            J = J[:, :low] + J[:, low:high] @ ca.jacobian(definition, self._w[:low])
-        return J
-
-    def gradient(self, scalar: ca.SX) -> ca.SX:
-        """∂scalar/∂x (nx), still written over w."""
-        g = ca.gradient(scalar, self._w)
-        for low, high, definition in self._backwards():
-            g = g[:low] + ca.jtimes(definition, self._w[:low], g[low:high], True)
-        return g
+        J = self._at_zero(self._slope(rows))
+        for low, high, D in self._folds():
+            J = _without(J, low, high) + J[:, low:high] @ D
+        return J[:, : self.x.numel()]
 
     def hessian(self, parts: Sequence[ca.SX]) -> ca.SX:
-        """∂²(Σ parts)/∂x² (nx, nx), still written over w. Each part is coloured on its own."""
-        g, H = ca.SX(self._w.numel(), 1), ca.SX(self._w.numel(), self._w.numel())
-        for part in parts:
-            second, first = ca.hessian(part, self._w)
-            g, H = g + first, H + second
-        for low, high, definition in self._backwards():
-            before = self._w[:low]
-            D = ca.jacobian(definition, before)
-            mixed = H[:low, low:high] @ D
-            curvature = _weighted_hessian(definition, before, g[low:high])
-            H = H[:low, :low] + mixed + mixed.T + D.T @ H[low:high, low:high] @ D + curvature
-            g = g[:low] + D.T @ g[low:high]
-        return H
+        """∂²(Σ parts)/∂x² (nx, nx), still written over w. Each part is differentiated on its own."""
+        n = self._w.numel()
+        nu = self._adjoints(self._slope(sum(parts, ca.SX(0))).T)
+        curvatures = [self._curvature(part) for part in parts]
+        for u in self._quantities:
+            weights = ca.SX.sym("nu", u.high - u.low)
+            second = self._curvature(ca.dot(weights, u.slope))
+            if second.nnz():
+                curvatures.append(ca.substitute(second, weights, ca.densify(nu[u.low : u.high])))
+        M = _mirrored(self._at_zero(_total(curvatures, n)))
+        for low, high, D in self._folds():
+            core, mixed = M[low:high, low:high], D.T @ _without(M[low:high, :], low, high)
+            M = _without(_without(M, low, high).T, low, high)
+            M = _mirrored(M + mixed + mixed.T + D.T @ (core @ D))
+        return M[: self.x.numel(), : self.x.numel()]
 
-    def _backwards(self) -> list[tuple[int, int, ca.SX]]:
-        """(first index, one past the last index, definition) of every lifted quantity, last first."""
-        ranges, low = [], self.x.numel()
-        for i, definition in enumerate(self._definitions):
-            constant = ca.SX(definition.numel(), 1)
-            ranges.append((low, low + definition.numel(), constant if i in self._frozen else definition))
-            low += definition.numel()
-        return ranges[::-1]
+    @cached_property
+    def _values(self) -> tuple[ca.SX, ca.SX]:
+        """All symbols, x first, and their values, functions of x."""
+        symbols = ca.vertcat(self.x, *[symbol for symbol, _ in self._known])
+        within, values = {symbol.element_hash() for symbol in symbols.elements()}, self.x
+        for _, value in self._known:
+            parameters = _free(value, within)
+            known = ca.Function("value", [symbols[: values.numel()], *parameters], [value])
+            values = ca.vertcat(values, known(values, *parameters))
+        return symbols, values
+
+    @cached_property
+    def _w(self) -> ca.SX:
+        return ca.vertcat(*self._lifted)
+
+    @cached_property
+    def _slopes(self) -> list[ca.SX]:
+        """D_i of each quantity, over all of w."""
+        return [self._at_zero(self._slope(u.slope)) for u in self._quantities]
+
+    @cached_property
+    def _places(self) -> dict[int, int]:
+        """Where each symbol stands in w."""
+        return {symbol.element_hash(): i for i, symbol in enumerate(self._w.elements())}
+
+    def _near(self, expression: ca.SX) -> tuple[ca.SX, list[int]]:
+        """The symbols of w that an expression has, and where they stand: it is differentiated by no other."""
+        found = [(s, self._places[s.element_hash()]) for s in ca.symvar(expression) if s.element_hash() in self._places]
+        return ca.vertcat(*[symbol for symbol, _ in found]), [place for _, place in found]
+
+    def _slope(self, rows: ca.SX) -> ca.SX:
+        """∂rows/∂w (n, nw)."""
+        symbols, at = self._near(rows)
+        J = ca.jacobian(rows, symbols) if at else ca.SX(rows.numel(), 0)
+        row, column = J.sparsity().get_triplet()
+        return ca.SX.triplet(row, [at[j] for j in column], J.nz[:], rows.numel(), self._w.numel())
+
+    def _curvature(self, scalar: ca.SX) -> ca.SX:
+        """∂²scalar/∂w² (nw, nw)."""
+        symbols, at = self._near(scalar)
+        n = self._w.numel()
+        H = ca.hessian(scalar, symbols)[0] if at else ca.SX(0, 0)
+        row, column = H.sparsity().get_triplet()
+        return ca.SX.triplet([at[i] for i in row], [at[j] for j in column], H.nz[:], n, n)
+
+    def _adjoints(self, g: ca.SX) -> ca.SX:
+        """ν (nw,) for the partial derivatives g (nw,) of a scalar; its first part is the total derivative by x."""
+        for u, D in zip(reversed(self._quantities), reversed(self._slopes), strict=True):
+            g = g + D.T @ g[u.low : u.high]
+        return g
+
+    def _folds(self) -> Iterator[tuple[int, int, ca.SX]]:
+        """(first index, one past the last, D over what is not folded yet) of each quantity, in the order of folding."""
+        order = sorted(range(len(self._quantities)), key=lambda i: (self._quantities[i].late, -i))
+        waiting = {i: self._slopes[i] for i in order}
+        for i in order:
+            u, D = self._quantities[i], waiting.pop(i)
+            yield u.low, u.high, D
+            for j, other in waiting.items():
+                if j > i and (through := other[:, u.low : u.high]).nnz():
+                    waiting[j] = _without(other, u.low, u.high) + through @ D
+
+    def _at_zero(self, expression: ca.SX) -> ca.SX:
+        """With displacements 0, and what then is 0 left out."""
+        zeros = ca.vertcat(*self._zeros)
+        return ca.sparsify(ca.substitute(expression, zeros, ca.SX.zeros(zeros.numel()))) if self._zeros else expression
 
 
-def _weighted_hessian(definition: ca.SX, before: ca.SX, weights: ca.SX) -> ca.SX:
-    """∇²(νᵀ definition) at ν = weights, which must not be differentiated."""
-    nu = ca.SX.sym("nu", definition.numel())
-    hessian = ca.hessian(ca.dot(nu, definition), before)[0]
-    return ca.substitute(hessian, nu, ca.densify(weights))
+def _total(matrices: Sequence[ca.SX], n: int) -> ca.SX:
+    """The sum of sparse matrices (n, n), in pairs: so that each is added few times."""
+    if len(matrices) > 1:
+        half = len(matrices) // 2
+        return _total(matrices[:half], n) + _total(matrices[half:], n)
+    return matrices[0] if matrices else ca.SX(n, n)
+
+
+def _without(matrix: ca.SX, low: int, high: int) -> ca.SX:
+    """A matrix with empty columns from `low` to `high`."""
+    return ca.horzcat(matrix[:, :low], ca.SX(matrix.shape[0], high - low), matrix[:, high:])
+
+
+def _mirrored(matrix: ca.SX) -> ca.SX:
+    """The symmetric matrix of an upper triangle: what is equal is then the same expression."""
+    return ca.triu2symm(ca.triu(matrix))
 
 
 def _free(expression: ca.SX, within: set[int]) -> list[ca.SX]:

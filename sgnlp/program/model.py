@@ -12,8 +12,11 @@ from sgnlp.hand.kinematics import Frames, forward, link_names
 from sgnlp.program import equilibrium
 from sgnlp.program.assembly import Parts, Symbolic, assemble
 from sgnlp.program.carried import ArmModel
+from sgnlp.program.formulation import Formulation
 from sgnlp.program.lifting import Lifting
+from sgnlp.program.motion import Motion, free
 from sgnlp.program.structure import Structure
+from sgnlp.program.torques import TipTorques
 from sgnlp.surface.jets import JET, Layout, expand
 
 Array = NDArray[np.float64]
@@ -38,50 +41,58 @@ class Model:
         own = len(structure.formulation.variables(hand).units)
         self._added = x[x.numel() - own :]  # variables of the formulation's own
         frames = forward(hand, par.wrist, par.joints, self._v)
-        self._a = lifting.lift("tips", structure.formulation.tips(self._added, frames.tips))
-        self._s = self._spheres(hand, lifting, "spheres", frames.spheres, self._a)
+        self._root = free(frames.position, frames.rotation, lifting)
+        turns = lifting.displacement("turns", self._v[6:])
+        here = self._place(hand, frames, turns, lifting, structure.formulation)
+        self._a, self._s, self._reached = here.tips, here.spheres, here.reached
         at, first = structure.at_contact, 6 + n + 4 * m
         ends = first + m * at.c + n * at.joints  # of the variables at contact
-        self._arm = ArmModel(hand, lifting, par, frames, x[ends:]) if hand.arm else None
+        self._arm = ArmModel(hand, lifting, par, frames, self._root, x[ends:]) if hand.arm else None
         c = ca.repmat(x[first : first + m], 1, 3) if at.c else par.c
-        self._p = lifting.lift("contacts", targets + c * (self._a - targets))
+        self._o = targets
+        self._p = lifting.lift("contacts", targets + c * (self._a - targets), late=True)
         along = np.linspace(0.0, 1.0, K)  # from the pregrasp tip to the target
-        path = [t * targets[i, :] + (1 - t) * self._a[i, :] for i in range(m) for t in along]
-        tau = lifting.lift("path", ca.vertcat(*path))
-        self._o = lifting.lift("targets", targets)
-        self._contact = _Contact(frames, par.joints + self._v[6:], slice(6, 6 + n), None, self._s)
+        path = ca.vertcat(*[t * targets[i, :] + (1 - t) * self._a[i, :] for i in range(m) for t in along])
+        self._contact, self._planned, angles = here, at.joints, par.joints + self._v[6:]
         if at.joints:
-            self._contact = self._at_contact(hand, lifting, par, slice(first + m * at.c, first + m * at.c + n))
+            angles = lifting.x[first + m * at.c : first + m * at.c + n]
+            frames_contact = forward(hand, par.wrist, par.joints, ca.vertcat(self._v[:6], angles - par.joints))
+            turns = lifting.displacement("turns_contact", angles)
+            self._contact = self._place(hand, frames_contact, turns, lifting)
+        self._angles = angles
         self.layout = layout(hand, structure)
         self.jets = self.layout.symbols()
         self.pads = par.foot * par.pad * hand.tip_radii
-        links = self._contact.spheres[_links(hand), :] if at.joints else ca.SX(0, 3)
-        self.given = ca.vertcat(self._p, tau, self._s, links, self._o)
-        self._n = lifting.lift("normals", self._normals(self._p - lifting.freeze("contact_origin", self._p)))
-        feet = lifting.lift("feet", self._p - ca.repmat(self.pads, 1, 3) * self._n)
-        z = ca.vertcat(self._p, tau, self._s, links, feet, self._o)
-        self._delta = z - lifting.freeze("origin", z)  # displacements: 0 with derivative 1
+        self._delta = self._ask(hand, lifting, path)
         self._surround(hand, structure, lifting, par, frames)
         parts = self._parts(hand, structure, lifting, par, frames)
         given = SimpleNamespace(**vars(par) | {"rotation_desired": ca.reshape(par.rotation_desired, 3, 3)})
-        self.grasp = assemble(parts, hand, given, K, structure.density, Symbolic())
+        self.grasp = assemble(parts, hand, given, K, structure.density, Symbolic(lifting.lift))
 
-    def _spheres(self, hand: Hand, lifting: Lifting, name: str, spheres: ca.SX, tips: ca.SX) -> ca.SX:
-        """Sphere centres (S, 3); those of the pads are the tips themselves, already lifted."""
-        others = _links(hand)
-        lifted = lifting.lift(name, spheres[others, :])
-        rows = {i: lifted[j, :] for j, i in enumerate(others)}
-        rows |= {i: tips[j, :] for j, i in enumerate(hand.tip_spheres)}
-        return ca.vertcat(*[rows[i] for i in range(len(hand.spheres))])
+    def _ask(self, hand: Hand, lifting: Lifting, path: ca.SX) -> ca.SX:
+        """Set the query points and the normals; returns the displacements (Q, 3) [m] of all points, feet too."""
+        m, before = len(hand.fingers), self.layout.before_feet
+        links = self._contact.spheres[_links(hand), :] if self._planned else ca.SX(0, 3)
+        self.given = ca.vertcat(self._p, path, self._s, links, self._o)
+        delta = lifting.displacement("moved", self.given)
+        self._n = lifting.lift("normals", *self._normals(delta[:m, :]))
+        feet = lifting.displacement("feet", self._p - ca.repmat(self.pads, 1, 3) * self._n)
+        return ca.vertcat(delta[:before, :], feet, delta[before:, :])
 
-    def _at_contact(self, hand: Hand, lifting: Lifting, par: SimpleNamespace, where: slice) -> "_Contact":
-        """The hand at the joints of first contact, which are variables, with the wrist of the pregrasp."""
-        angles = lifting.x[where]
-        frames = forward(hand, par.wrist, par.joints, ca.vertcat(self._v[:6], angles - par.joints))
-        tips = lifting.lift("tips_contact", frames.tips)
-        return _Contact(
-            frames, angles, where, tips, self._spheres(hand, lifting, "spheres_contact", frames.spheres, tips)
-        )
+    def _place(
+        self, hand: Hand, frames: Frames, turns: ca.SX, lifting: Lifting, formulation: Formulation | None = None
+    ) -> "_Placed":
+        """The tips and spheres of the hand at a configuration; its pads are spheres about the tips.
+
+        The tips are folded late: that keeps the many numbers that follow from them off the links.
+        """
+        motion, links = Motion(hand.model, frames, self._root, turns, lifting), _links(hand)
+        fixed = motion.points("tips", frames.tips, [finger.frame for finger in hand.fingers], late=True)
+        tips = formulation.tips(self._added, fixed) if formulation else fixed
+        lifted = motion.points("spheres", frames.spheres[links, :], [hand.spheres[i].link for i in links])
+        rows = {i: lifted[j, :] for j, i in enumerate(links)} | {i: tips[j, :] for j, i in enumerate(hand.tip_spheres)}
+        spheres = ca.vertcat(*[rows[i] for i in range(len(hand.spheres))])
+        return _Placed(fixed, tips, spheres, TipTorques(hand, frames, turns, lifting))
 
     def _surround(
         self, hand: Hand, structure: Structure, lifting: Lifting, par: SimpleNamespace, frames: Frames
@@ -90,7 +101,8 @@ class Model:
         around, S, m = structure.around, len(hand.spheres), len(hand.fingers)
         self.around = ca.SX(0, 3)
         if around.obstacles:
-            ahead = lifting.lift("palm", frames.rotation @ ca.SX(hand.palm))
+            palm = frames.rotation @ ca.SX(hand.palm)
+            ahead = lifting.lift("palm", palm, self._root.swing(lifting.constant("ahead", palm)))
             back = [-par.standoff * (j + 1) / around.approach * ahead.T for j in range(around.approach)]
             approach = [self._s + ca.repmat(step, S, 1) for step in back]
             lifted = self._contact.spheres + ca.repmat(ca.horzcat(0, 0, par.lift), S, 1)
@@ -99,38 +111,41 @@ class Model:
         self.around = ca.vertcat(self.around, arm)
         self.field_jets = ca.SX.sym("field_jets", self.around.shape[0] + around.regions(m), JET)
         feet = self._delta[self.layout.before_feet : self.layout.before_feet + m, :]
-        delta = self.around - lifting.freeze("around_origin", self.around)
-        delta = ca.vertcat(delta, *[feet] * (around.avoid + around.touch))
-        distances = lifting.lift("around", expand(self.field_jets, delta)) if delta.shape[0] else ca.SX(0, 1)
+        moved = [lifting.displacement("around_moved", self.around)] if self.around.shape[0] else []
+        delta = ca.vertcat(*moved, *[feet] * (around.avoid + around.touch))
+        distances = _read(lifting, "around", self.field_jets, delta)
         counts = [0, around.points(S), arm.shape[0], m * around.avoid, m * around.touch]
         parts = ca.vertsplit(distances, np.cumsum(counts).tolist())
         self._obstacles, self._arm_distances, self._avoid, self._touch = parts
 
-    def _normals(self, delta: ca.SX) -> ca.SX:
-        """Normals (m, 3) at the contacts displaced by delta (m, 3) [m]."""
+    def _normals(self, delta: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """Normals (m, 3) at the contacts, and how they change with displacements (m, 3) [m] of these."""
         jets = [self.jets[2][:, JET * a : JET * (a + 1)] for a in range(3)]
-        return ca.horzcat(*[expand(J, delta) for J in jets])
+        return ca.horzcat(*[J[:, 0] for J in jets]), ca.horzcat(*[expand(J, delta) for J in jets])
 
     def _motion(self, structure: Structure, lifting: Lifting, par: SimpleNamespace) -> tuple[ca.SX, ca.SX, ca.SX]:
         """R (3, 3), ρ and t (3) of the object's motion to the equilibrium, as the formulation has them."""
         p, o, k, formulation = self._p, self._o, self._k, structure.formulation
+        mean_p = lifting.lift("mean_contact", equilibrium.weighted_mean(k, p))
+        mean_o = lifting.lift("mean_target", equilibrium.weighted_mean(k, o))
         if structure.equilibrium == "printed":
-            B = equilibrium.printed_profile(p, o, k)
+            B = lifting.lift("profile", equilibrium.printed_profile(p, o, k))
         else:
-            B = equilibrium.profile(p, o, k, par.mass, par.com)
-        R, rho = formulation.rotation(self._added, lifting.lift("profile", B), lifting)
-        attitude = lifting.lift("attitude", ca.vertcat(ca.vec(R), rho))
-        R, rho = ca.reshape(attitude[:9], 3, 3), attitude[9]
-        return R, rho, formulation.translation(self._added, R, par, p, o, k)
+            value = equilibrium.profile(p, o, k, par.mass, par.com)
+            pulls = lifting.lift("pulls", equilibrium.pulls(o, mean_o, k))
+            B = lifting.lift("profile", value, pulls.T @ p + equilibrium.load(par.mass) @ mean_p)  # Σ pulls is 0
+        R, rho = formulation.rotation(self._added, B, lifting)
+        t = formulation.translation(self._added, R, par, mean_p, mean_o, k)
+        return R, rho, lifting.lift("translation", t, late=True)
 
     def _parts(self, hand: Hand, structure: Structure, lifting: Lifting, par: SimpleNamespace, frames: Frames) -> Parts:
         """The parts of the grasp; those of the surface are written on its jets."""
         m, delta, V, D = len(hand.fingers), self._delta, self.layout.uncertain, self.layout.distances
-        S, at = len(hand.spheres), self._contact
+        S, at, planned = len(hand.spheres), self._contact, self._planned
         R, rho, t = self._motion(structure, lifting, par)
         p_eq = lifting.lift("contacts_eq", self._p @ R.T + ca.repmat(t.T, m, 1))
-        distance = lifting.lift("distance", expand(self.jets[0], delta[:D, :]))
-        variance = lifting.lift("variance", expand(self.jets[1], delta[:V, :]))
+        distance = _read(lifting, "distance", self.jets[0], delta[:D, :])
+        variance = _read(lifting, "variance", self.jets[1], delta[:V, :])
         deviation = ca.sqrt(ca.fmax(variance, 0) + MIN_DEVIATION**2)
         return Parts(
             wrist_position=frames.position,
@@ -139,12 +154,12 @@ class Model:
             joints=par.joints + self._v[6:],
             arm=self._arm and self._arm.state(par, self._arm_distances),
             tips=self._a,
-            tip_errors=self._a - frames.tips,
-            joints_contact=at.joints,
-            reach_errors=ca.SX(m, 3) if at.tips is None else at.tips - self._p,
+            tip_errors=self._a - self._reached,
+            joints_contact=self._angles,
+            reach_errors=at.tips - self._p if planned else ca.SX(m, 3),
             spheres=self._s,
             spheres_contact=at.spheres,
-            torques=lambda forces: _virtual_work(at.frames.tips, lifting.x, forces)[at.where],
+            torques=lambda forces: at.torques(lifting.lift("felt", forces, self._root.felt(forces.T).T)),
             targets=self._o,
             gains=self._k,
             contacts=self._p,
@@ -157,9 +172,9 @@ class Model:
             contact_deviations=deviation[:m],
             path_distances=distance[m:V],
             path_deviations=deviation[m:],
-            target_means=expand(self.jets[3], delta[D:, :]),
+            target_means=_read(lifting, "means", self.jets[3], delta[D:, :]),
             sphere_distances=distance[V : V + S],
-            link_distances_contact=distance[V : V + S][_links(hand)] if at.tips is None else distance[V + S : D - m],
+            link_distances_contact=distance[V + S : D - m] if planned else distance[V : V + S][_links(hand)],
             obstacle_distances=self._obstacles,
             avoid_distances=self._avoid,
             touch_distances=self._touch,
@@ -167,14 +182,13 @@ class Model:
 
 
 @dataclass(frozen=True)
-class _Contact:
-    """The hand at first contact: its frames, joints (n), where these stand in x, tips (m, 3) if planned, spheres."""
+class _Placed:
+    """A hand somewhere: its tips by the joints, and as the program has them (m, 3), its spheres (S, 3), its torques."""
 
-    frames: Frames
-    joints: ca.SX
-    where: slice
-    tips: ca.SX | None
+    reached: ca.SX
+    tips: ca.SX
     spheres: ca.SX
+    torques: TipTorques
 
 
 def layout(hand: Hand, structure: Structure) -> Layout:
@@ -188,6 +202,6 @@ def _links(hand: Hand) -> list[int]:
     return [i for i in range(len(hand.spheres)) if i not in hand.tip_spheres]
 
 
-def _virtual_work(tips: ca.SX, x: ca.SX, forces: ca.SX) -> ca.SX:
-    """∇_x Σ f_iᵀ a_i(x) (nx,), the virtual work of forces (m, 3) at tips (m, 3): for joints, of unit 1, it is Jᵀf."""
-    return ca.jtimes(tips, x, forces, True)
+def _read(lifting: Lifting, name: str, jets: ca.SX, delta: ca.SX) -> ca.SX:
+    """What the jets (Q, 10) tell (Q,), and how it changes with displacements (Q, 3) [m]."""
+    return lifting.lift(name, jets[:, 0], expand(jets, delta))

@@ -125,23 +125,24 @@ def build(hand: Hand, structure: Structure) -> Nlp:
     p, par = parameter_vector(hand, len(structure.terms)).symbols()
     lifting = Lifting(ca.SX.sym("x", len(units)))
     model = Model(hand, structure, lifting, par, units)
-    op = Smooth(par.distance, par.collision, par.log_width, par.force, par.deviation, par.exponent)
+    widths = (par.distance, par.collision, par.log_width, par.force, par.deviation, par.exponent)
+    op = Smooth(*widths, lifting.lift)
     unweighted = [_value(t, model.grasp, op) for t in terms]
     weights = [par.weights[structure.terms.index(t)] / ENERGY_UNIT for t in terms]
     weighted = [w * e for w, e in zip(weights, unweighted, strict=True)]
     blocks = [_value(c, model.grasp, op) / c.scale for c in constraints]
-    rows, energy = ca.vertcat(*blocks), sum(weighted, start=ca.SX(0))
+    rows, energy = ca.densify(ca.vertcat(*blocks)), sum(weighted, start=ca.SX(0))
     lam_f, lam_g = ca.SX.sym("lam_f"), ca.SX.sym("lam_g", rows.numel())
     split = ca.vertsplit(lam_g, [0, *np.cumsum([b.numel() for b in blocks]).tolist()])
     parts = [lam_f * w for w in weighted] + [ca.dot(lam, b) for lam, b in zip(split, blocks, strict=True)]
 
     def function(name: str, outputs: list[ca.SX], *more: ca.SX) -> ca.Function:
         arguments = [lifting.x, p, *model.jets, model.field_jets, *more]
-        return ca.Function(name, arguments, lifting.value(outputs))
+        return ca.Function(name, arguments, lifting.values(outputs))
 
     return Nlp(
         **frame(hand, structure, [b.numel() for b in blocks]),
-        points=ca.Function("points", [lifting.x, p], lifting.value([model.given, model.pads, model.around])),
+        points=ca.Function("points", [lifting.x, p], lifting.values([model.given, model.pads, model.around])),
         objective=function("objective", [energy]),
         gradient=function("gradient", [energy, lifting.gradient(energy)]),
         rows=function("rows", [rows]),

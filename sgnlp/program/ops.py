@@ -5,6 +5,7 @@ twice continuously differentiable, its widths as parameters; `Exact` reads it as
 Arrays of m fingers are (m,) or (m, 3); `norm` and `dot` work along rows.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -47,6 +48,8 @@ class Smooth:
     force: Any
     deviation: Any
     exponent: Any
+    lift: Callable[..., Any] = lambda name, value, **_: value
+    """that of `sgnlp.program.lifting`, for what shortens derivatives"""
 
     def sum(self, x: ca.SX) -> ca.SX:
         """Sum of all elements."""
@@ -58,7 +61,7 @@ class Smooth:
 
     def fingers(self, x: ca.SX, K: int) -> ca.SX:
         """Sums (m,) of the K samples of each finger in x (m K,)."""
-        return ca.sum1(ca.reshape(x, K, -1)).T
+        return self.lift("of_fingers", ca.sum1(ca.reshape(x, K, -1)).T, late=True)
 
     def dot(self, A: ca.SX, B: ca.SX) -> ca.SX:
         """Row by row (m,)."""
@@ -104,7 +107,7 @@ class Smooth:
         """Normal density of deviation s at d, s bounded below and the exponent bounded above."""
         s2 = s**2 + self.deviation**2
         z = d**2 / (2 * s2)
-        return ca.exp(-z / (1 + z / self.exponent)) / ca.sqrt(2 * ca.pi * s2)
+        return self.lift("density", ca.exp(-z / (1 + z / self.exponent)) / ca.sqrt(2 * ca.pi * s2))
 
 
 @dataclass(frozen=True)

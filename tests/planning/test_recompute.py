@@ -40,9 +40,9 @@ def symbolic_grasp(settings: Settings, other: Hand | None = None) -> tuple[ca.Fu
     symbols = {f.name: getattr(model.grasp, f.name) for f in fields(Grasp)}
     symbols |= {f"links.{name}": origin for name, origin in model.grasp.links.items()}
     symbols = {name: value for name, value in symbols.items() if isinstance(value, ca.SX)}
-    return ca.Function("grasp", [chain.x, p, *model.jets, model.field_jets], chain.value(list(symbols.values()))), list(
-        symbols
-    )
+    return ca.Function(
+        "grasp", [chain.x, p, *model.jets, model.field_jets], chain.values(list(symbols.values()))
+    ), list(symbols)
 
 
 def both(settings: Settings, seed: int) -> tuple[dict[str, np.ndarray], Grasp]:
@@ -221,7 +221,7 @@ def test_the_numpy_arm_equals_the_symbolic_one(arm):
     symbols, blocks = functions.nlp.parameters.symbols()
     model = Model(problem.hand, functions.nlp.structure, chain, blocks, functions.nlp.units)
     smooth = {f.name: getattr(model.grasp.arm, f.name) for f in fields(Carried) if f.name != "home"}
-    f = ca.Function("arm", [chain.x, symbols, *model.jets, model.field_jets], chain.value(list(smooth.values())))
+    f = ca.Function("arm", [chain.x, symbols, *model.jets, model.field_jets], chain.values(list(smooth.values())))
     found = f(x, p, *SurfaceJets(functions.surface, complete=True)(*functions.nlp.points(x, p)))
     exact = exact_grasp(problem, start, x).arm
     for name, value in zip(smooth, found, strict=True):

@@ -20,6 +20,7 @@ from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import frames
 from sgnlp.program import equilibrium
+from sgnlp.program.attitude import stiffness
 from sgnlp.program.constraint import FORCE, LENGTH, TORQUE, Constraint
 from sgnlp.program.formulation import Array, Bounds
 from sgnlp.program.formulations.constrained import Constrained
@@ -75,7 +76,8 @@ class Lifted(Constrained):
         grasp = ca.DM(o + at.c[:, None] * (a - o)), ca.DM(o), ca.DM(k)
         B = equilibrium.profile(*grasp, given.mass, ca.DM(given.com))
         R, _ = equilibrium.rotation(B, equilibrium.root_guess(B))
-        shift = R @ given.com + equilibrium.translation(R, *grasp, given.mass) - given.com
+        mean_p, mean_o = (equilibrium.weighted_mean(grasp[2], points) for points in grasp[:2])
+        shift = R @ given.com + equilibrium.translation(R, mean_p, mean_o, grasp[2], given.mass) - given.com
         motion = ca.vertcat(equilibrium.gibbs_vector(R), shift)
         return np.concatenate([a.ravel(), np.array(motion).ravel()]) / self.variables(hand).units
 
@@ -86,8 +88,8 @@ class Lifted(Constrained):
 
     def rotation(self, added: ca.SX, B: ca.SX, lifting: Lifting) -> tuple[ca.SX, ca.SX]:
         """R of the Gibbs vector, and ρ, which is right where R is that of an equilibrium."""
-        R = equilibrium.turned(added[-6:-3])
-        return R, equilibrium.stiffness(R, B)
+        R = lifting.lift("rotation", equilibrium.turned(added[-6:-3]))
+        return R, stiffness(R, B, lifting)
 
     def translation(self, added: ca.SX, R: ca.SX, par: SimpleNamespace, p: ca.SX, o: ca.SX, k: ca.SX) -> ca.SX:
         """t that moves the object's centre by the shift."""
