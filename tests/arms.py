@@ -36,6 +36,16 @@ RAIL = f"""<robot name="rail">
   <joint name="h_grip" type="prismatic"><parent link="jaw"/><child link="finger"/><axis xyz="1 0 0"/>{LIMIT}</joint>
 </robot>
 """
+MASS = '<inertial pos="0.1 0 0" mass="2" diaginertia="0.01 0.01 0.01"/>'
+RANGE = 'range="-1 1.5" actuatorfrcrange="-20 20"'
+RAIL_MJCF = f"""<mujoco model="rail"><compiler angle="radian" eulerseq="XYZ"/><worldbody><body name="post">
+  <body name="cart">{MASS}<joint name="a_rail" type="slide" axis="0 0.6 0.8" {RANGE}/>
+    <body name="upper" pos="0 0 0.1" euler="0.2 0 0">{MASS}<joint name="b_turn" axis="0 0.6 0.8" {RANGE}/>
+      <body name="camera" pos="0 0 0.2">{MASS}</body>
+      <body name="lower" pos="0.3 0 0">{MASS}<joint name="c_bend" axis="0 1 0" {RANGE}/>
+        <body name="plate" pos="0.25 0 0" euler="0 1 0">{MASS}</body>
+</body></body></body></body></worldbody></mujoco>"""
+"""The way of the rail to its plate, as an MJCF."""
 RAIL_FILE = """name: rail
 urdf: arm.urdf
 root: post

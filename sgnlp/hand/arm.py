@@ -121,7 +121,7 @@ def with_mount(arm: Arm, hand: str) -> Arm:
 @functools.lru_cache(maxsize=16)
 def _loaded(file: Path, text: str) -> Arm:
     """The same text gives the same arm."""
-    arm = _build(file, hand_file.entries(text, arm_file.KEYS, ()), text)
+    arm = _build(file, hand_file.entries(text, arm_file.KEYS, arm_file.OPTIONAL), text)
     _check_home(arm)
     return arm
 
@@ -145,8 +145,8 @@ def _build(file: Path, data: dict[str, Any], text: str) -> Arm:
         joint_names=names,
         lower=lower,
         upper=upper,
-        velocity=arm_file.limits(model.velocityLimit, names, "velocity"),
-        effort=arm_file.limits(model.effortLimit, names, "effort"),
+        velocity=arm_file.limits(data, "velocity", model.velocityLimit, names),
+        effort=arm_file.limits(data, "effort", model.effortLimit, names),
         home=hand_file.posture(data["home"], "home", names, lower, upper),
         base=hand_file.pose(data["base"], "base"),
         flange=flange,

@@ -1,16 +1,18 @@
-"""The parts of an arm's file `arm.yaml`, and of its URDF what counts. The keys are in `urdf/README.md`."""
+"""The parts of an arm's file `arm.yaml`, and of its description what counts. The keys are in `urdf/README.md`."""
 
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.hand.description.tree import end
 from sgnlp.hand.hand_file import POSE_KEYS, pose
-from sgnlp.hand.yaml_nodes import any_mapping, frozen, positive, unknown_name
+from sgnlp.hand.yaml_nodes import any_mapping, frozen, mapping, numbers, positive, unknown_name
 
 KEYS = ("name", "urdf", "root", "flange", "home", "base", "mount", "spheres", "pairs")
+OPTIONAL = ("velocity", "effort")
+"""What a description may lack: an MJCF has no velocities."""
 DEFAULT = "default"
 """The key of the mount for every hand that has none of its own."""
 
@@ -54,11 +56,16 @@ def _check_way(way: Sequence[ElementTree.Element], flange: str) -> None:
             raise InputError(f"joint '{joint.get('name')}' of the arm mimics another; remove its <mimic>")
 
 
-def limits(values: Array, names: Sequence[str], kind: str) -> Array:
-    """The largest efforts or velocities (a,), which the URDF is to give."""
+def limits(data: Mapping[str, Any], kind: str, described: Array, names: Sequence[str]) -> Array:
+    """The largest efforts or velocities (a,): a number for every joint in the file, else those of the description."""
+    if kind in data:
+        told = mapping(data[kind], kind, names)
+        values, where = numbers([told[name] for name in names], (len(names),), kind), f"{kind} of joint"
+    else:
+        values, where = frozen(described), f"key '{kind}' is missing; {kind} in the description of joint"
     for name, value in zip(names, values, strict=True):
-        positive(value, f"{kind} in the <limit> of the URDF's joint '{name}'")
-    return frozen(values)
+        positive(value, f"{where} '{name}'")
+    return values
 
 
 def mounts(node: Any) -> dict[str, Array]:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from arms import changed_arm, rail
+from arms import RAIL_MJCF, changed_arm, rail
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
@@ -52,6 +52,30 @@ def test_an_arm_ends_at_its_flange_and_has_the_limits_of_its_urdf():
     assert not panda.model.existFrame("panda_hand")
     assert panda.model.inertias[7].mass == pytest.approx(0.735522)  # that of link 7 alone
     assert load_arm("ur5").upper[2] == pytest.approx(np.pi)
+
+
+def test_the_file_may_say_velocity_and_effort_itself(tmp_path: Path):
+    said = "velocity: {a_rail: 1, b_turn: 2.5, c_bend: 3}\neffort: {a_rail: 9, b_turn: 8, c_bend: 7}\nbase:"
+    arm = load_arm(rail(tmp_path, ("base:", said)))
+    np.testing.assert_array_equal(arm.velocity, [1, 2.5, 3])
+    np.testing.assert_array_equal(arm.effort, [9, 8, 7])
+
+
+def test_an_arm_may_be_an_mjcf(tmp_path: Path):
+    """The rail written for MuJoCo: the same places of the wrist and spheres, with the velocities of the file."""
+    pytest.importorskip("mujoco")
+    folder = rail(tmp_path)
+    urdf = load_arm(folder)
+    (folder / "arm.xml").write_text(RAIL_MJCF, encoding="utf-8")
+    said = "velocity: {a_rail: 2, b_turn: 2, c_bend: 2}\nurdf: arm.xml"
+    text = (folder / "arm.yaml").read_text(encoding="utf-8").replace("urdf: arm.urdf", said)
+    (folder / "arm.yaml").write_text(text, encoding="utf-8")
+    arm, q = load_arm(folder), np.array([0.2, -0.5, 1.0])
+    assert arm.joint_names == urdf.joint_names
+    np.testing.assert_allclose(arm.effort, urdf.effort)
+    np.testing.assert_allclose(arm.lower, urdf.lower)
+    np.testing.assert_allclose(wrist_pose(arm, q), wrist_pose(urdf, q), atol=1e-9)
+    np.testing.assert_allclose(arm_spheres(arm, q), arm_spheres(urdf, q), atol=1e-9)
 
 
 def test_what_is_fixed_to_the_arm_stays_and_what_else_moves_or_hangs_on_the_flange_goes(tmp_path: Path):
@@ -193,8 +217,16 @@ def test_a_wrong_file_is_refused_in_one_line(tmp_path: Path, old: str, new: str,
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('effort="20"', 'effort="0"', "effort in the <limit> of the URDF's joint 'a_rail' must be positive, not 0"),
-        ('velocity="2"', "", "velocity in the <limit> of the URDF's joint 'a_rail' must be positive, not 0"),
+        (
+            'effort="20"',
+            'effort="0"',
+            "key 'effort' is missing; effort in the description of joint 'a_rail' must be positive, not 0",
+        ),
+        (
+            'velocity="2"',
+            "",
+            "key 'velocity' is missing; velocity in the description of joint 'a_rail' must be positive, not 0",
+        ),
         (
             '<axis xyz="0 1 0"/>',
             '<axis xyz="0 1 0"/><mimic joint="b_turn"/>',
@@ -218,7 +250,10 @@ def test_an_mjcf_is_refused_for_want_of_velocities(tmp_path: Path):
     plate = f'<body name="plate">{slide} diaginertia="1 1 1"/></body>'
     text = f'<mujoco><worldbody><body name="post"><body name="lower">{plate}</body></body></worldbody></mujoco>'
     (folder / "arm.urdf").write_text(text, encoding="utf-8")
-    assert "velocity in the <limit> of the URDF's joint 'a_rail' must be positive, not 0" in refusal(folder)
+    assert (
+        "key 'velocity' is missing; velocity in the description of joint 'a_rail' must be positive, not 0"
+        in refusal(folder)
+    )
 
 
 def test_an_unknown_arm_is_refused_with_those_that_are_known():
