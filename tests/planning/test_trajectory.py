@@ -362,6 +362,17 @@ def test_an_arm_that_hits_an_obstacle_is_found():
     assert "to lamp" in found.row
 
 
+def test_a_finger_that_its_own_arm_meets_is_found():
+    problem, grasps = carried()
+    hand = problem.hand
+    long = tuple(replace(s, radius=0.5) if s.link == hand.fingers[0].frame else s for s in hand.spheres)
+    assert check(moved(problem, grasps), "approach: self").passed
+    made = moved(replace(problem, hand=replace(hand, spheres=long, pairs=())), grasps)
+    found = check(made, "approach: self")
+    assert not found.passed
+    assert any(name in found.row for name in [s.name for s in hand.arm.spheres])
+
+
 def test_an_arm_keeps_its_elbow_where_the_plan_has_another_one_at_the_ends():
     problem, grasps = carried()
     arm = grasps.arm.copy()

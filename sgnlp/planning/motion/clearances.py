@@ -22,7 +22,7 @@ from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import frames
 from sgnlp.planning.motion.trajectory import BETWEEN
 from sgnlp.planning.problem import UNSEEN, Problem
-from sgnlp.program.carried import far_spheres, near_spheres
+from sgnlp.program.carried import far_spheres
 from sgnlp.program.constraint import LENGTH, Check
 from sgnlp.program.tolerances import CLEARANCE
 from sgnlp.surface.gpis import Gpis
@@ -94,11 +94,11 @@ def to_table(samples: Samples, height: float, margins: Array) -> Check:
 
 
 def to_itself(hand: Hand, samples: Samples) -> Check:
-    """The pairs of the hand, those of its arm, and the palm and the arm's far spheres clear of each other."""
+    """The pairs of the hand, those of its arm, and the whole hand and the arm's far spheres clear of each other."""
     first, arm, pairs = len(hand.spheres), hand.arm, list(hand.pairs)
     if arm is not None:
         pairs += [(first + a, first + b) for a, b in arm.pairs]
-        pairs += [(i, first + j) for i in near_spheres(hand) for j in far_spheres(arm)]
+        pairs += [(i, first + j) for i in range(first) for j in far_spheres(arm)]
     i, j = np.array(pairs, int).reshape(-1, 2).T
     names = tuple(f"{samples.names[a]} to {samples.names[b]}" for a, b in pairs)
     apart = np.linalg.norm(samples.centres[:, i] - samples.centres[:, j], axis=2)
