@@ -20,6 +20,7 @@ from sgnlp.planning.starts import Start, at_contact, initial
 from sgnlp.planning.violations import Violation, violations
 from sgnlp.planning.warm_start import WarmStart
 from sgnlp.program.compiled import program
+from sgnlp.program.formulation import Phase
 from sgnlp.program.nlp import ENERGY_UNIT, Nlp
 from sgnlp.program.oracle import Functions, Oracle, join
 from sgnlp.program.variables import variable_units
@@ -85,7 +86,8 @@ class Stage:
 class Planner:
     """A solver, given as an object or by its name (Ipopt if not at all), on one problem, in its formulation.
 
-    `metered` may put other functions in the place of an oracle's, for instance ones that count.
+    `metered` may put other functions in the place of an oracle's, for instance ones that count. `phases` are those of
+    the problem if they are not given.
     """
 
     def __init__(
@@ -93,15 +95,22 @@ class Planner:
         problem: Problem,
         solver: Solver | str | None = None,
         metered: Callable[[Oracle], Functions] = lambda oracle: oracle,
+        phases: Sequence[Phase] | None = None,
     ):
         self.problem, chosen = problem, problem.settings.solver
         self.solver = settled(solver, chosen)
         self.tolerance = self.solver.tolerance or chosen.tolerance
         self.stages = []
-        for phase in problem.phases:
+        for phase in problem.phases if phases is None else phases:
             nlp = program(problem.hand, problem.structure(phase.formulation), chosen.compiled)
             oracle = join(nlp, problem.gpis, chosen.compiled, problem.fields)
             self.stages.append(Stage(oracle, metered(oracle), phase.iterations))
+
+    def take(self, problem: Problem) -> None:
+        """Go over to another problem of the same hand, settings and structures: what was built stays."""
+        self.problem = problem
+        for stage in self.stages:
+            stage.oracle.surface.become(problem.gpis, problem.fields)
 
     def instance(self, stage: Stage, start: Start) -> NlpInstance:
         """The program of a stage with the numbers of a start."""

@@ -16,6 +16,7 @@ from sgnlp.planning.plan import Plan
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.problem import Known, Problem, build_problem
+from sgnlp.planning.resuming import resuming
 from sgnlp.planning.search import Result, Search
 from sgnlp.planning.solution import Solution, solution
 from sgnlp.planning.solve import Asked, searched
@@ -76,7 +77,7 @@ def replan(plan: Plan, observation: Observation | None = None, touches: Sequence
     motion, known = _carried(near, plan.observation.points - middle, cloud) if observation else (STILL, _known(near))
     felt = [Touch(np.asarray(touch.point) - middle, touch.normal) for touch in touches]
     problem = _posed(cloud, hand, asked, middle, known, felt)
-    fitted, planner, results = time.perf_counter(), Planner(problem, plan.solver), list[Result]()
+    fitted, planner, results = time.perf_counter(), resuming(problem, plan.solver), list[Result]()
     for old in [s.ended for s in plan.solutions if s.feasible and s.ended][:TRIES]:
         results.append(_resumed(planner, old.moved(hand, settled_in).moved(hand, motion)))
         if isinstance(results[-1], Solution) and results[-1].feasible:

@@ -42,8 +42,7 @@ class Surface:
         around: tuple[Around, int] = (ALONE, 0),
         fields: Fields | None = None,
     ):
-        self._raw_jets = native.raw_jets(gpis, layout.uncertain, compiled)
-        self.layout, self._metric = layout, metric
+        self.layout, self._metric, self._compiled, self._kinds = layout, metric, compiled, around[0]
         self._buffer, self._evaluate = metric.buffer()
         self._Z = np.zeros((layout.points, 3), order="F")
         self._mean, self._variance = np.zeros((layout.points, MEAN_JET)), np.zeros((layout.uncertain, VARIANCE_JET))
@@ -52,12 +51,19 @@ class Surface:
             self._buffer.set_arg(i, raw.data)
         for i, jets in enumerate(self.jets):
             self._buffer.set_res(i, jets.T.data)
-        self._around = AroundJets(fields or Fields(), around[0], (layout.S, around[1], layout.m), compiled)
         self.around_points = around[1]
-        self.jets.append(self._around.jets)
+        self.evaluations = self.completions = 0
+        self.become(gpis, fields)
+
+    def become(self, gpis: Gpis, fields: Fields | None = None) -> None:
+        """Take the place of another surface and of what stands around it; whoever calls for jets gets those of it."""
+        layout = self.layout
+        self._raw_jets = native.raw_jets(gpis, layout.uncertain, self._compiled)
+        sizes = (layout.S, self.around_points, layout.m)
+        self._around = AroundJets(fields or Fields(), self._kinds, sizes, self._compiled)
+        self.jets[self._metric.n_out() :] = [self._around.jets]
         self._last: tuple[Array, ...] = tuple(np.full(1, np.nan) for _ in range(3))
         self._complete = False
-        self.evaluations = self.completions = 0
 
     def update(self, Z: Array, radii: Array, around: Array, complete: bool) -> None:
         """Make `jets` those of `Layout.symbols()` at Z (Q - m, 3), radii (m) [m], and those `around` at points (P, 3).
