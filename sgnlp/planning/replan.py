@@ -8,6 +8,7 @@ import numpy as np
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError, SolverError
+from sgnlp.base.threads import one_thread
 from sgnlp.hand.hand import Hand
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.ending import Ending
@@ -69,6 +70,11 @@ def replan(plan: Plan, observation: Observation | None = None, touches: Sequence
     Raises:
         InputError: a touch is far from the object.
     """
+    with one_thread():
+        return _replanned(plan, observation, touches)
+
+
+def _replanned(plan: Plan, observation: Observation | None, touches: Sequence[Touch]) -> Plan:
     begin, seen = time.perf_counter(), observation or plan.observation
     middle, asked = origin(seen), _asked(plan)
     hand = moved_hand(asked.hand, -middle)
