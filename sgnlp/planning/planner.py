@@ -27,6 +27,9 @@ from sgnlp.program.variables import variable_units
 
 Array = NDArray[np.float64]
 
+STILL_SOLVED = "solved where it began"
+"""The status of a warm start that needs no iteration."""
+
 
 @dataclass(frozen=True, eq=False)
 class History:
@@ -154,13 +157,22 @@ class Planner:
         return replace(self.ended(start, answers), seconds=time.perf_counter() - begin)
 
     def resume(self, warm: WarmStart) -> Iterate:
-        """Run the last program alone from where another one like it ended, with its multipliers."""
+        """Run the last program alone from where another one like it ended, with its multipliers.
+
+        Where these meet the optimality conditions of this one, too, as of an object that was only moved, it is solved.
+        """
         begin, last = time.perf_counter(), self.stages[-1]
         instance = replace(self.instance(last, warm.start), multipliers=warm.multipliers)
-        answer = self.solver.warm.solve(instance, np.clip(warm.x, *instance.x_bounds))
+        x, kkt = np.clip(warm.x, *instance.x_bounds), None
+        if warm.multipliers is not None:
+            kkt, _ = recomputed(instance, x, warm.multipliers, (*last.nlp.variable_names, *last.nlp.row_names))
+        if kkt is not None and kkt.worst <= SOLVED_FACTOR * self.tolerance:
+            answer = Answer(x, STILL_SOLVED, multipliers=warm.multipliers)
+        else:
+            answer, kkt = self.solver.warm.solve(instance, x), None
         if not np.isfinite(answer.x).all():
             raise SolverError(f"the answer of {self.solver.name} is not finite")
-        return replace(self.ended(warm.start, [answer]), seconds=time.perf_counter() - begin)
+        return replace(self.ended(warm.start, [answer], kkt), seconds=time.perf_counter() - begin)
 
     def ended(self, start: Start, answers: Sequence[Answer], kkt: Kkt | None = None) -> Iterate:
         """What the answers to the last programs stand for; `kkt` are the residuals of the last, if they are known."""

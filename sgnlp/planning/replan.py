@@ -84,8 +84,9 @@ def _replanned(plan: Plan, observation: Observation | None, touches: Sequence[To
     felt = [Touch(np.asarray(touch.point) - middle, touch.normal) for touch in touches]
     problem = _posed(cloud, hand, asked, middle, known, felt)
     fitted, planner, results = time.perf_counter(), resuming(problem, plan.solver), list[Result]()
+    nlp = planner.stages[-1].nlp
     for old in [s.ended for s in plan.solutions if s.feasible and s.ended][:TRIES]:
-        results.append(_resumed(planner, old.moved(hand, settled_in).moved(hand, motion)))
+        results.append(_resumed(planner, old.moved(nlp, settled_in).moved(nlp, motion)))
         if isinstance(results[-1], Solution) and results[-1].feasible:
             break
     else:

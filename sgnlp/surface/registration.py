@@ -87,7 +87,7 @@ def registered(gpis: Gpis, known: Array, new: Array, rise: float = 0.0) -> Regis
     shift = np.array([*(_middle(new) - _middle(known))[:2], rise])
     motion, radius = PlanarMotion(centre, 0.0, shift), float(np.ptp(known, axis=0).max()) / 2
     for _ in range(STEPS):
-        nearest = tree.query(motion.inverse(Z))[1]
+        nearest = np.asarray(tree.query(motion.inverse(Z))[1])
         asked = nearest[np.isnan(normals[nearest, 0])]  # from step to step most have the same neighbours
         normals[asked] = gpis.normal(known[asked])
         step = _step(motion, Z, known[nearest], normals[nearest])
