@@ -62,7 +62,7 @@ class Surface:
         sizes = (layout.S, self.around_points, layout.m)
         self._around = AroundJets(fields or Fields(), self._kinds, sizes, self._compiled)
         self.jets[self._metric.n_out() :] = [self._around.jets]
-        self._last: tuple[Array, ...] = tuple(np.full(1, np.nan) for _ in range(3))
+        self._last: tuple[bytes, ...] = ()
         self._complete = False
 
     def update(self, Z: Array, radii: Array, around: Array, complete: bool) -> None:
@@ -70,10 +70,10 @@ class Surface:
 
         Their derivatives are 0 unless they are asked for by `complete`, or were before at the same points.
         """
-        asked = (Z, radii, around)
-        new = not all(np.array_equal(now, before) for now, before in zip(asked, self._last, strict=True))
+        asked = (Z.tobytes("F"), radii.tobytes(), around.tobytes("F"))
+        new = asked != self._last
         if new:
-            self._last, self._complete = (Z.copy(), radii.copy(), around.copy()), False
+            self._last, self._complete = asked, False
             self._values(Z, radii)
             self._evaluate()
             self.evaluations += 1
@@ -130,11 +130,11 @@ class SurfaceJets(ca.Callback):
 
     def eval_buffer(self, arguments: Sequence[Any], results: Sequence[Any]) -> int:
         """Evaluate what is not known at these points."""
-        given, radii, around = (np.frombuffer(a or b"", dtype=float) for a in arguments)  # None where it is empty
+        given, radii, around = (np.frombuffer(a or b"") for a in arguments)  # None where it is empty
         self._surface.update(given.reshape(3, -1).T, radii, around.reshape(3, -1).T, self._complete)
         for result, jets in zip(results, self._surface.jets, strict=True):
             if result is not None:
-                np.frombuffer(result, dtype=float)[:] = jets.ravel(order="F")
+                np.frombuffer(result)[:] = jets.ravel(order="F")
         return 0
 
 
