@@ -444,7 +444,7 @@ def test_the_gain_of_workers_is_counted_from_their_gaps_and_their_bits_are_compa
 
     def run(files: list[Path], gap: float, last: object) -> cluster.Run:
         found = dict.fromkeys(files, grasps) | {files[-1]: last}
-        return cluster.Run(spans((1, 0.0, 2.0), (1, 2.0 + gap, 4.0 + gap)), found, 60.0, 0.02)
+        return cluster.Run(spans((1, 0.0, 2.0), (1, 2.0 + gap, 4.0 + gap)), found, 60.0, 0.01)
 
     def on_cluster(count: int, task: object, files: list[Path], folder: Path) -> cluster.Run:
         return run(files, gaps[count], grasps if count == 1 else other)

@@ -47,7 +47,10 @@ class Span:
 
 @dataclass(frozen=True)
 class Run:
-    """A batch on some workers: a span for each object, its grasps, and the CPU time of the process that saved them."""
+    """A batch on some workers: a span for each object, its grasps, and the time from beginning to end [s].
+
+    `main` is the CPU time [s] an object of this process, which saved them, but for the first, before which it begins.
+    """
 
     spans: Sequence[Span]
     grasps: dict[Path, Grasps]
@@ -97,7 +100,7 @@ def _told(label: str, run: Run, size: str) -> Iterator[Row]:
     times = [Time(span.end - span.begin, span.cpu) for span in run.spans]
     yield timing(f"{label}: planning one", "s", times, size)
     yield spread(f"{label}: a gap", "ms", [1e3 * gap for gap in run.gaps] or [0.0], "between two tasks of a worker")
-    yield spread(f"{label}: the main process", "ms", [1e3 * run.main / count], "CPU time an object")
+    yield spread(f"{label}: the main process", "ms", [1e3 * run.main], "CPU time an object")
     yield spread(f"{label}: objects a minute", "1", [60 * count / run.seconds], "with the start of the workers")
 
 
@@ -111,7 +114,7 @@ def on_cluster(count: int, task: Task, files: Sequence[Path], folder: Path) -> R
 def measured(task: Task, files: Sequence[Path], workers: Workers, folder: Path) -> Run:
     """Plan and save every file, in the order in which they end."""
     spans, grasps = list[Span](), dict[Path, Grasps]()
-    begin, cpu = time.perf_counter(), time.process_time()
+    begin, cpu = time.perf_counter(), list[float]()
     try:
         for file, found in each(partial(spanned, task), files, workers):
             if isinstance(found, str):
@@ -120,7 +123,9 @@ def measured(task: Task, files: Sequence[Path], workers: Workers, folder: Path) 
             results.save(made, summary, folder / file.stem, ways, motion)
             grasps[file] = made
             spans.append(span)
-        return Run(spans, grasps, time.perf_counter() - begin, time.process_time() - cpu)
+            cpu.append(time.process_time())
+        main = (cpu[-1] - cpu[0]) / max(len(cpu) - 1, 1)
+        return Run(spans, grasps, time.perf_counter() - begin, main)
     finally:
         workers.close()
 
