@@ -26,7 +26,7 @@ from sgnlp.base import exclusive
 from sgnlp.base.errors import InputError, MachineError, SolverError
 from sgnlp.cli import codes, run
 from sgnlp.hand.placements import BACKENDS
-from sgnlp.perception.observation import Reading
+from sgnlp.perception.observation import Reading, load
 from sgnlp.planning import results
 from sgnlp.planning.batch import Row, Task, batch, plan
 from sgnlp.planning.ending import ENOUGH, Ending
@@ -40,6 +40,7 @@ LEAN_FLAGS = [*FEW, "--solver.formulation", "constrained"]
 WALK = BACKENDS[-1]
 UNHURRIED = ["--timeout", "3600"]
 """Where a start has to end, on a busy machine too."""
+FLAT = "all points lie on one plane; a solid object needs points in three dimensions"
 LEANEST_FLAGS = [*FEW, "--solver.formulation", "penalty", "--solver.max-iterations", "3"]
 """A quarter of the time, where nothing needs to be feasible."""
 
@@ -179,6 +180,25 @@ def test_whatever_goes_wrong_with_an_object_is_its_row_and_stops_no_other(solved
     assert [row.name for row in found.values() if row.feasible] == ["good", "last"]
     assert not Path("results/broken").exists()
     assert math.isnan(found["stopped.npz"].margin)
+
+
+def test_a_cloud_is_cleaned_once_whether_it_is_solved_or_was_before(solved, monkeypatch):
+    cleaned = []
+    monkeypatch.setattr("sgnlp.planning.batch.load", lambda file, reading: cleaned.append(file) or load(file, reading))
+    file = cloud("one", name="mug")
+    rows([file])
+    assert rows([file])[str(file)].reused
+    assert solved == ["mug"]
+    assert cleaned == 2 * [file.absolute()]
+
+
+def test_a_cloud_that_cleaning_refuses_is_a_row_that_says_why(solved):
+    np.savez("flat.npz", points=ellipsoid() * [1, 1, 0], table_height=0.0)
+    for _ in range(2):
+        (row,) = rows([Path("flat.npz")]).values()
+        assert (row.name, row.failure) == ("flat", FLAT)
+        Path("results/flat").mkdir(parents=True, exist_ok=True)
+    assert not solved
 
 
 def test_two_files_of_one_name_do_not_replace_each_other(solved):
