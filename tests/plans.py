@@ -1,11 +1,9 @@
-"""Small plans shared by the tests, the flags that ask for such ones, and whether two results are the same."""
+"""Small plans shared by the tests, and the flags that ask for such ones."""
 
-from dataclasses import fields
 from functools import lru_cache
 
 from scenes import SMALL, hand, observation
 
-from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.solve import solve
 
@@ -19,9 +17,3 @@ SMALL_FLAGS += ["--weights.uncer", "20", "--smoothing.deviation", "0.008"]
 def small_plan() -> Plan:
     """A plan of two starts for the ellipsoid, made once for all tests of what is done with plans."""
     return solve(observation(), hand(), SMALL, count=2, seed=0, jobs=2)
-
-
-def same(a: Grasps, b: Grasps) -> bool:
-    """Whether two results agree bit for bit, but for the seconds that they took."""
-    names = [field.name for field in fields(Grasps) if field.name not in ("meta", "solve_seconds")]
-    return all(getattr(a, name).tobytes() == getattr(b, name).tobytes() for name in names)

@@ -108,8 +108,9 @@ def tips(hand: Hand, wrist: Array, joints: Array) -> Array:
 
 def frames(hand: Hand, wrist: Array, joints: Array) -> tuple[Array, Array]:
     """World positions of the tips (m, 3) and spheres (S, 3) [m] by numeric Pinocchio, independent of `forward`."""
-    spheres = [(sphere.link, sphere.centre) for sphere in hand.spheres]
-    return tips(hand, wrist, joints), places(hand.model, wrist, joints, spheres)
+    ends = [(finger.frame, finger.offset) for finger in hand.fingers]
+    found = places(hand.model, wrist, joints, [*ends, *((sphere.link, sphere.centre) for sphere in hand.spheres)])
+    return found[: len(ends)], found[len(ends) :]
 
 
 def joint_torques(hand: Hand, wrist: Array, joints: Array, forces: Array) -> Array:

@@ -76,30 +76,38 @@ def upright_box(points: Array, table: float, name: str) -> Shape:
 
 def _box(points: Array, low: float | None, name: str) -> Shape:
     """The box of least area seen from above around points (n, 3) [m], down to a height, rounded by `INFLATION`."""
-    yaw = min(_edges(points[:, :2]), key=lambda angle: _area(points[:, :2], angle))
-    R = np.array([[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
-    local = points @ R
-    begin, end = local.min(axis=0), local.max(axis=0)
+    outline = _outline(points[:, :2])
+    R = _turn(min(_edges(outline), key=lambda angle: _area(outline, angle)))
+    flat, heights = outline @ R[:2, :2], points[:, 2]
+    begin, end = np.append(flat.min(axis=0), heights.min()), np.append(flat.max(axis=0), heights.max())
     if low is not None:
         begin[2] = min(low, end[2] - THIN)
     return Shape.box(R @ ((begin + end) / 2), np.maximum(end - begin, THIN), R, name).inflated(INFLATION)
 
 
-def _edges(outline: Array) -> Array:
-    """The directions [rad] of the edges of the convex hull of points (n, 2): one of them is that of the least box."""
+def _turn(yaw: float) -> Array:
+    c, s = np.cos(yaw), np.sin(yaw)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _outline(flat: Array) -> Array:
+    """The corners of the convex hull of points (n, 2), in order: a box holds them if it holds all."""
     try:
-        corners = outline[ConvexHull(outline).vertices]
+        return np.asarray(flat[ConvexHull(flat).vertices])
     except (QhullError, ValueError):  # on a line, or fewer than three
-        spread = outline - outline.mean(axis=0)
-        direction = np.linalg.svd(spread, full_matrices=True)[2][0]
-        return np.array([np.arctan2(direction[1], direction[0])])
+        spread = flat - flat.mean(axis=0)
+        along = spread @ np.linalg.svd(spread, full_matrices=True)[2][0]
+        return flat[[along.argmin(), along.argmax()]]
+
+
+def _edges(corners: Array) -> Array:
+    """The directions [rad] of the edges between corners (n, 2): one of them is that of the least box."""
     steps = np.roll(corners, -1, axis=0) - corners
     return np.asarray(np.arctan2(steps[:, 1], steps[:, 0]))
 
 
 def _area(outline: Array, yaw: float) -> float:
-    sides = np.ptp(outline @ np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]), axis=0)
-    return float(np.prod(np.maximum(sides, THIN)))
+    return float(np.prod(np.maximum(np.ptp(outline @ _turn(yaw)[:2, :2], axis=0), THIN)))
 
 
 def _volume(box: Shape) -> float:

@@ -114,8 +114,22 @@ def load(path: str | Path, reading: Reading = PLAIN, **options: Any) -> Observat
         )
         return replace(observation, source=str(path), half=half, reading=reading)
     except InputError as error:
-        line = "".join(letter if letter.isprintable() else "?" for letter in f"{path}: {error}")
-        raise InputError(line) from error
+        raise _within(path, error) from error
+
+
+def name_in(path: str | Path, reading: Reading = PLAIN) -> str:
+    """The name of the observation in a file, without the time that cleaning it takes. Raises as `load` does."""
+    try:
+        name = clouds.read(path, reading.key)["name"]
+        clouds.check_name(name)
+        return clouds.safe_name(name)
+    except InputError as error:
+        raise _within(path, error) from error
+
+
+def _within(path: str | Path, error: InputError) -> InputError:
+    """The same error in one line that begins with the path."""
+    return InputError("".join(letter if letter.isprintable() else "?" for letter in f"{path}: {error}"))
 
 
 def observe(

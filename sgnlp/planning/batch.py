@@ -18,7 +18,7 @@ from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand, told
 from sgnlp.hand.placements import Backend
-from sgnlp.perception.observation import PLAIN, Observation, Reading, load
+from sgnlp.perception.observation import PLAIN, Observation, Reading, load, name_in
 from sgnlp.planning import results
 from sgnlp.planning.ending import Ending
 from sgnlp.planning.extension import Extension
@@ -90,10 +90,10 @@ def batch(
 ) -> Generator[Row]:
     """Plan grasps for every file into `folder`/NAME, yielding a row for each as it ends.
 
-    All files are read, and their names compared, before the first is solved; `progress` is called as each is read, and
-    `before` with the number of those to solve, when that is known. Objects whose folder holds a result of the same
-    input and task are not solved again. Whatever goes wrong with an object is its row's `failure`. The workers are
-    closed at the end, however reached.
+    The names in all files are compared before the first is solved; `progress` is called as each is read, and `before`
+    with the number of those to solve, when that is known. Objects whose folder holds a result of the same input and
+    task are not solved again. Whatever goes wrong with an object is its row's `failure`. The workers are closed at the
+    end, however reached.
 
     Raises:
         InputError: the hand is not valid.
@@ -102,34 +102,41 @@ def batch(
     task = replace(task, kinematics=task.robot.kinematics)
     expected = _expected(task)
     try:
-        found: dict[Path, tuple[str, str] | str] = {}
-        for file, outcome in each(partial(survey, task), dict.fromkeys(files), workers):
+        found: dict[Path, tuple[str] | str] = {}
+        for file, outcome in each(partial(named, task), dict.fromkeys(files), workers):
             found[file] = outcome
             progress(outcome)
+        there = [file for file, told in found.items() if not isinstance(told, str) and (folder / told[0]).is_dir()]
+        digests = dict(each(partial(digested, task), there, workers))
         owners: dict[str, Path] = {}
         unsolved = {}
         for file in dict.fromkeys(files):
-            named = found[file]
-            if isinstance(named, str):
-                yield Row(file.stem, str(file), failure=named.removeprefix(f"{task.root / file}: "))
-            elif owners.setdefault(named[0], file) != file:
-                yield Row(named[0], str(file), failure=f"has the same name as {owners[named[0]]}")
-            elif (known := _known(folder / named[0], expected | {"input_digest": named[1]})) is not None:
+            told = found[file]
+            if isinstance(told, str):
+                yield Row(file.stem, str(file), failure=told.removeprefix(f"{task.root / file}: "))
+            elif owners.setdefault(told[0], file) != file:
+                yield Row(told[0], str(file), failure=f"has the same name as {owners[told[0]]}")
+            elif (known := _known(folder / told[0], expected, digests.get(file, ""))) is not None:
                 yield _row(file, known, reused=True)
             else:
-                unsolved[file] = named[0]
+                unsolved[file] = told[0]
         before(len(unsolved))
         for file, planned in each(partial(plan, task), unsolved, workers):
+            planned = planned.removeprefix(f"{task.root / file}: ") if isinstance(planned, str) else planned
             yield _saved(file, unsolved[file], planned, folder)
     finally:
         workers.close()
 
 
-def survey(task: Task, file: Path) -> tuple[str, str]:
-    """Name and digest of the observation in a file."""
+def named(task: Task, file: Path) -> tuple[str]:
+    """The name of the observation in a file."""
+    return (name_in(task.root / file, task.reading),)
+
+
+def digested(task: Task, file: Path) -> tuple[str]:
+    """The digest of the observation in a file."""
     with one_at_a_time():
-        observation = task.load(file)
-        return observation.name, observation.digest
+        return (task.load(file).digest,)
 
 
 Planned = tuple[Grasps, dict[str, Any], dict[str, Any], dict[str, bytes]]
@@ -195,8 +202,11 @@ def _expected(task: Task) -> dict[str, Any]:
     return json.loads(json.dumps(made | {"surroundings": task.surroundings.plain()}))
 
 
-def _known(folder: Path, expected: dict[str, Any]) -> Grasps | None:
+def _known(folder: Path, expected: dict[str, Any], digest: tuple[str] | str) -> Grasps | None:
     """The grasps in a folder, if it is whole, of the expected input and task, and of some start at least."""
+    if isinstance(digest, str):  # there is no folder, or the cloud is none
+        return None
+    expected = expected | {"input_digest": digest[0]}
     try:
         grasps = results.load_grasps(folder)
         results.load_summary(folder, grasps)

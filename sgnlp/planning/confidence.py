@@ -105,7 +105,7 @@ def with_confidence(
     """The same solutions, each with its confidence: NaN where it is not known or the grasp is not feasible."""
     if not known(settings, free_space):
         return list(solutions)
-    points = cKDTree(cloud.points)
+    points = cKDTree(cloud.points, compact_nodes=False, balanced_tree=False)  # quick to build, for few queries
     found = [float(MODEL.probability(values(s, points)[None])[0]) if s.feasible else nan for s in solutions]
     return [replace(s, confidence=p) for s, p in zip(solutions, found, strict=True)]
 

@@ -43,7 +43,7 @@ def moved_cloud(observation: Observation, by: Array) -> Observation:
 
 def moved_hand(hand: Hand, by: Array) -> Hand:
     """The same hand, its arm's base moved by (3,) [m]."""
-    if hand.arm is None:
+    if hand.arm is None or not by.any():
         return hand
     return replace(hand, arm=replace(hand.arm, base=hand.arm.base + np.concatenate([by, np.zeros(4)])))
 

@@ -101,6 +101,12 @@ PER_HAND = ("joint_names", "arm_joint_names", "finger_names", "term_names")
 """Fields that are not per grasp."""
 
 
+def same(a: Grasps, b: Grasps) -> bool:
+    """Whether two results agree bit for bit, but for the seconds that they took."""
+    names = [field.name for field in fields(Grasps) if field.name not in ("meta", "solve_seconds")]
+    return all(getattr(a, name).tobytes() == getattr(b, name).tobytes() for name in names)
+
+
 def stack(hand: Hand, terms: Sequence[Term], solutions: Sequence[Solution], meta: dict[str, Any]) -> Grasps:
     """The arrays of solutions of a plan with these terms, in their order; of no solutions, the same with G = 0."""
     rows = [_row(solution) for solution in solutions]

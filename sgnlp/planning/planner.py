@@ -20,11 +20,15 @@ from sgnlp.planning.starts import Start, at_contact, initial
 from sgnlp.planning.violations import Violation, violations
 from sgnlp.planning.warm_start import WarmStart
 from sgnlp.program.compiled import program
+from sgnlp.program.formulation import Phase
 from sgnlp.program.nlp import ENERGY_UNIT, Nlp
 from sgnlp.program.oracle import Functions, Oracle, join
 from sgnlp.program.variables import variable_units
 
 Array = NDArray[np.float64]
+
+STILL_SOLVED = "solved where it began"
+"""The status of a warm start that needs no iteration."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +89,8 @@ class Stage:
 class Planner:
     """A solver, given as an object or by its name (Ipopt if not at all), on one problem, in its formulation.
 
-    `metered` may put other functions in the place of an oracle's, for instance ones that count.
+    `metered` may put other functions in the place of an oracle's, for instance ones that count. `phases` are those of
+    the problem if they are not given.
     """
 
     def __init__(
@@ -93,15 +98,22 @@ class Planner:
         problem: Problem,
         solver: Solver | str | None = None,
         metered: Callable[[Oracle], Functions] = lambda oracle: oracle,
+        phases: Sequence[Phase] | None = None,
     ):
         self.problem, chosen = problem, problem.settings.solver
         self.solver = settled(solver, chosen)
         self.tolerance = self.solver.tolerance or chosen.tolerance
         self.stages = []
-        for phase in problem.phases:
+        for phase in problem.phases if phases is None else phases:
             nlp = program(problem.hand, problem.structure(phase.formulation), chosen.compiled)
             oracle = join(nlp, problem.gpis, chosen.compiled, problem.fields)
             self.stages.append(Stage(oracle, metered(oracle), phase.iterations))
+
+    def take(self, problem: Problem) -> None:
+        """Go over to another problem of the same hand, settings and structures: what was built stays."""
+        self.problem = problem
+        for stage in self.stages:
+            stage.oracle.surface.become(problem.gpis, problem.fields)
 
     def instance(self, stage: Stage, start: Start) -> NlpInstance:
         """The program of a stage with the numbers of a start."""
@@ -145,13 +157,22 @@ class Planner:
         return replace(self.ended(start, answers), seconds=time.perf_counter() - begin)
 
     def resume(self, warm: WarmStart) -> Iterate:
-        """Run the last program alone from where another one like it ended, with its multipliers."""
+        """Run the last program alone from where another one like it ended, with its multipliers.
+
+        Where these meet the optimality conditions of this one, too, as of an object that was only moved, it is solved.
+        """
         begin, last = time.perf_counter(), self.stages[-1]
         instance = replace(self.instance(last, warm.start), multipliers=warm.multipliers)
-        answer = self.solver.warm.solve(instance, np.clip(warm.x, *instance.x_bounds))
+        x, kkt = np.clip(warm.x, *instance.x_bounds), None
+        if warm.multipliers is not None:
+            kkt, _ = recomputed(instance, x, warm.multipliers, (*last.nlp.variable_names, *last.nlp.row_names))
+        if kkt is not None and kkt.worst <= SOLVED_FACTOR * self.tolerance:
+            answer = Answer(x, STILL_SOLVED, multipliers=warm.multipliers)
+        else:
+            answer, kkt = self.solver.warm.solve(instance, x), None
         if not np.isfinite(answer.x).all():
             raise SolverError(f"the answer of {self.solver.name} is not finite")
-        return replace(self.ended(warm.start, [answer]), seconds=time.perf_counter() - begin)
+        return replace(self.ended(warm.start, [answer], kkt), seconds=time.perf_counter() - begin)
 
     def ended(self, start: Start, answers: Sequence[Answer], kkt: Kkt | None = None) -> Iterate:
         """What the answers to the last programs stand for; `kkt` are the residuals of the last, if they are known."""

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from pinocchio import exp3
-from threadpoolctl import threadpool_limits
 
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
+from sgnlp.base.threads import one_thread
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.clutter import upright_box
 from sgnlp.perception.observation import Observation
@@ -222,7 +222,7 @@ def build_problem(
 
 
 def _known(observation: Observation, settings: Settings, seed: int, additions: Additions, box: Array) -> Known:
-    with threadpool_limits(1):  # the bits of a factorisation depend on the number of threads
+    with one_thread():
         gpis = fit(training_set(observation, settings.gpis, seed, additions.kernel, settings.free_space))
     return gpis, _centre_of_mass(gpis, box, observation.table_height)
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError, SolverError
+from sgnlp.base.threads import one_thread
 from sgnlp.hand.hand import Hand
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.ending import Ending
@@ -16,6 +17,7 @@ from sgnlp.planning.plan import Plan
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.problem import Known, Problem, build_problem
+from sgnlp.planning.resuming import resuming
 from sgnlp.planning.search import Result, Search
 from sgnlp.planning.solution import Solution, solution
 from sgnlp.planning.solve import Asked, searched
@@ -68,6 +70,11 @@ def replan(plan: Plan, observation: Observation | None = None, touches: Sequence
     Raises:
         InputError: a touch is far from the object.
     """
+    with one_thread():
+        return _replanned(plan, observation, touches)
+
+
+def _replanned(plan: Plan, observation: Observation | None, touches: Sequence[Touch]) -> Plan:
     begin, seen = time.perf_counter(), observation or plan.observation
     middle, asked = origin(seen), _asked(plan)
     hand = moved_hand(asked.hand, -middle)
@@ -76,9 +83,10 @@ def replan(plan: Plan, observation: Observation | None = None, touches: Sequence
     motion, known = _carried(near, plan.observation.points - middle, cloud) if observation else (STILL, _known(near))
     felt = [Touch(np.asarray(touch.point) - middle, touch.normal) for touch in touches]
     problem = _posed(cloud, hand, asked, middle, known, felt)
-    fitted, planner, results = time.perf_counter(), Planner(problem, plan.solver), list[Result]()
+    fitted, planner, results = time.perf_counter(), resuming(problem, plan.solver), list[Result]()
+    nlp = planner.stages[-1].nlp
     for old in [s.ended for s in plan.solutions if s.feasible and s.ended][:TRIES]:
-        results.append(_resumed(planner, old.moved(hand, settled_in).moved(hand, motion)))
+        results.append(_resumed(planner, old.moved(nlp, settled_in).moved(nlp, motion)))
         if isinstance(results[-1], Solution) and results[-1].feasible:
             break
     else:

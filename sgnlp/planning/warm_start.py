@@ -6,11 +6,14 @@ import numpy as np
 import pinocchio as pin
 
 from sgnlp.base.arrays import Array
-from sgnlp.hand.hand import Hand
 from sgnlp.planning.solvers.solver import Multipliers
 from sgnlp.planning.starts import Start
+from sgnlp.program.nlp import Nlp
 from sgnlp.program.variables import UNITS
 from sgnlp.surface.registration import PlanarMotion
+
+VECTORS = ("tip", "axis")
+"""What constraints go over whose rows are vectors in the world: first all along x, then y, then z."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,16 +24,25 @@ class WarmStart:
     x: Array
     multipliers: Multipliers | None
 
-    def moved(self, hand: Hand, motion: PlanarMotion) -> "WarmStart":
-        """The same grasp of an object that has moved, and the hand with it.
+    def moved(self, nlp: Nlp, motion: PlanarMotion) -> "WarmStart":
+        """The same grasp of an object that has moved, and the hand with it, in the program that it ended in.
 
-        The wrist's tangent stands in the wrist's own frame, so that of all x the targets alone are others. An arm
-        begins where it was.
+        The wrist's tangent stands in the wrist's own frame, so that of all x the targets alone are others, and of the
+        multipliers those of rows that are vectors in the world. An arm begins where it was.
         """
-        n, m, unit = len(hand.joint_names), len(hand.fingers), UNITS["target"]
+        n, m, unit = len(nlp.hand.joint_names), len(nlp.hand.fingers), UNITS["target"]
         targets, x = slice(6 + n, 6 + n + 3 * m), self.x.copy()
         x[targets] = motion(unit * x[targets].reshape(m, 3)).ravel() / unit
         wrist, start = pin.XYZQUATToSE3(self.start.wrist), self.start
         moved = pin.SE3(motion.rotation @ wrist.rotation, motion(np.asarray(wrist.translation)))
         start = replace(start, wrist=np.asarray(pin.SE3ToXYZQUAT(moved)), targets=motion(start.targets))
-        return WarmStart(start, x, self.multipliers)
+        lam = self.multipliers
+        return WarmStart(start, x, lam and (lam[0], _turned(nlp, motion.rotation, lam[1])))
+
+
+def _turned(nlp: Nlp, rotation: Array, lam: Array) -> Array:
+    """The multipliers of rows (ng,), those of vectors turned by a rotation (3, 3)."""
+    parts = np.split(lam, np.cumsum(nlp.row_sizes)[:-1])
+    vectors = (c.over in VECTORS and len(part) % 3 == 0 for c, part in zip(nlp.constraints, parts, strict=True))
+    turned = (rotation @ part.reshape(3, -1) if v else part for v, part in zip(vectors, parts, strict=True))
+    return np.concatenate([part.ravel() for part in turned])

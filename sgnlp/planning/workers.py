@@ -5,15 +5,18 @@
   instead, hence its executor and not `Parallel`.
 * dask gives the items of a dead worker to another, up to the scheduler's `allowed-failures` (3) times. Then joblib's
   dask backend would end everything; a client's own futures fail one by one.
+* With dask's scheduler go the items that it had. They wait for one at the same address, and are submitted again.
 """
 
+import logging
 import math
 import multiprocessing
 import signal
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
 from contextlib import contextmanager
 from importlib import import_module
 from multiprocessing import resource_tracker
@@ -22,7 +25,7 @@ from typing import Any, TypeVar
 from threadpoolctl import threadpool_limits
 
 from sgnlp.base import semaphores
-from sgnlp.base.errors import InputError
+from sgnlp.base.errors import InputError, MachineError
 from sgnlp.base.processes import die_with_parent
 
 Item = TypeVar("Item")
@@ -30,7 +33,8 @@ Result = TypeVar("Result")
 
 CONNECTING = 10.0
 """How long a scheduler is waited for [s]."""
-
+RETURNING = 300.0
+"""How long one that has gone is waited for [s]: to start a scheduler and its workers again, by hand too."""
 
 FEEDER, FEEDING = "QueueFeederThread", 1.0
 """The thread, a daemon, of a queue that is closed, and how long it is waited for [s]. An interpreter that ends while it
@@ -50,6 +54,7 @@ class Workers:
     def __init__(self, jobs: int, scheduler: str | None = None):
         self._alone = scheduler is None and bool(semaphores.fault())
         self.window = math.inf if scheduler is not None else 1 if self._alone else jobs
+        self._scheduler = scheduler
         self._client = None if scheduler is None else _client(scheduler)
         self._executor: Any = None
 
@@ -65,6 +70,25 @@ class Workers:
                 loky = import_module("joblib.externals.loky")
                 self._executor = loky.ProcessPoolExecutor(self.window, initializer=die_with_parent)
             return self._executor.submit(function, item)
+
+    def regain(self) -> None:
+        """Wait for a scheduler at the address of the one that has gone. It knows nothing of what was submitted.
+
+        Raises:
+            MachineError: there is none for `RETURNING`.
+        """
+        assert self._scheduler is not None
+        self.close()
+        end = time.monotonic() + RETURNING
+        while True:
+            try:
+                self._client = _client(self._scheduler)
+                return
+            except InputError:
+                if time.monotonic() > end:
+                    again = "start it again and repeat the command: it goes on where it ended"
+                    raise MachineError(f"the dask scheduler at '{self._scheduler}' has gone; {again}") from None
+                time.sleep(1.0)
 
     def close(self) -> None:
         """End the processes of this machine and their children at once; of a cluster, what has not begun."""
@@ -91,7 +115,9 @@ def _done(function: Callable[[Item], Result], item: Item) -> "Future[Result]":
 def _client(scheduler: str) -> Any:
     try:
         with _uninterrupted():
-            return import_module("distributed").Client(scheduler, timeout=CONNECTING, set_as_default=False)
+            distributed = import_module("distributed")
+            logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it tells of, we handle
+            return distributed.Client(scheduler, timeout=CONNECTING, set_as_default=False)
     except ImportError:
         raise InputError("the dask backend needs the package distributed: pip install 'sgnlp[dask]'") from None
     except (OSError, ValueError) as error:
@@ -104,7 +130,10 @@ def each(
     """Apply a function to every item, yielding its result, or the reason why there is none, as they come.
 
     When the processes break, the items then running are tried again at the end, one at a time; an item with which
-    they break a second time has failed.
+    they break a second time has failed. When the scheduler of a cluster goes, its items wait for the next one.
+
+    Raises:
+        MachineError: it does not come back.
     """
     waiting, suspects, flying = deque(items), deque[Item](), dict[Future[Result], Item]()
     trial = False  # whether the one item that is flying is a suspect
@@ -122,7 +151,7 @@ def each(
         if suspects and not flying:
             trial = True
             fly(suspects.popleft())
-        for future in wait(flying, return_when=FIRST_COMPLETED).done:
+        for future in sorted(wait(flying, return_when=FIRST_COMPLETED).done, key=Future.cancelled):
             item = flying.pop(future)
             try:
                 yield item, future.result()
@@ -132,6 +161,11 @@ def each(
                     yield item, "its worker process died twice"
                 else:
                     suspects.append(item)
+            except CancelledError:
+                workers.regain()
+                waiting.extend((item, *flying.values()))
+                flying.clear()
+                break
             except Exception as error:  # whatever it is, it is this object's, not the batch's
                 yield item, _reason(error)
             trial = False

@@ -42,8 +42,7 @@ class Surface:
         around: tuple[Around, int] = (ALONE, 0),
         fields: Fields | None = None,
     ):
-        self._raw_jets = native.raw_jets(gpis, layout.uncertain, compiled)
-        self.layout, self._metric = layout, metric
+        self.layout, self._metric, self._compiled, self._kinds = layout, metric, compiled, around[0]
         self._buffer, self._evaluate = metric.buffer()
         self._Z = np.zeros((layout.points, 3), order="F")
         self._mean, self._variance = np.zeros((layout.points, MEAN_JET)), np.zeros((layout.uncertain, VARIANCE_JET))
@@ -52,22 +51,29 @@ class Surface:
             self._buffer.set_arg(i, raw.data)
         for i, jets in enumerate(self.jets):
             self._buffer.set_res(i, jets.T.data)
-        self._around = AroundJets(fields or Fields(), around[0], (layout.S, around[1], layout.m), compiled)
         self.around_points = around[1]
-        self.jets.append(self._around.jets)
-        self._last: tuple[Array, ...] = tuple(np.full(1, np.nan) for _ in range(3))
-        self._complete = False
         self.evaluations = self.completions = 0
+        self.become(gpis, fields)
+
+    def become(self, gpis: Gpis, fields: Fields | None = None) -> None:
+        """Take the place of another surface and of what stands around it; whoever calls for jets gets those of it."""
+        layout = self.layout
+        self._raw_jets = native.raw_jets(gpis, layout.uncertain, self._compiled)
+        sizes = (layout.S, self.around_points, layout.m)
+        self._around = AroundJets(fields or Fields(), self._kinds, sizes, self._compiled)
+        self.jets[self._metric.n_out() :] = [self._around.jets]
+        self._last: tuple[bytes, ...] = ()
+        self._complete = False
 
     def update(self, Z: Array, radii: Array, around: Array, complete: bool) -> None:
         """Make `jets` those of `Layout.symbols()` at Z (Q - m, 3), radii (m) [m], and those `around` at points (P, 3).
 
         Their derivatives are 0 unless they are asked for by `complete`, or were before at the same points.
         """
-        asked = (Z, radii, around)
-        new = not all(np.array_equal(now, before) for now, before in zip(asked, self._last, strict=True))
+        asked = (Z.tobytes("F"), radii.tobytes(), around.tobytes("F"))
+        new = asked != self._last
         if new:
-            self._last, self._complete = (Z.copy(), radii.copy(), around.copy()), False
+            self._last, self._complete = asked, False
             self._values(Z, radii)
             self._evaluate()
             self.evaluations += 1
@@ -124,11 +130,11 @@ class SurfaceJets(ca.Callback):
 
     def eval_buffer(self, arguments: Sequence[Any], results: Sequence[Any]) -> int:
         """Evaluate what is not known at these points."""
-        given, radii, around = (np.frombuffer(a or b"", dtype=float) for a in arguments)  # None where it is empty
+        given, radii, around = (np.frombuffer(a or b"") for a in arguments)  # None where it is empty
         self._surface.update(given.reshape(3, -1).T, radii, around.reshape(3, -1).T, self._complete)
         for result, jets in zip(results, self._surface.jets, strict=True):
             if result is not None:
-                np.frombuffer(result, dtype=float)[:] = jets.ravel(order="F")
+                np.frombuffer(result)[:] = jets.ravel(order="F")
         return 0
 
 

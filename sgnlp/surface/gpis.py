@@ -85,7 +85,9 @@ class Gpis:
 
     def distance(self, Z: Array) -> Array:
         """Metric signed distance μ/|∇μ| (Q,) [m], positive outside."""
-        return self.mean(Z) / _slope(self.gradient(Z))
+        d, (k, k1, _, _) = self._radial(Z)
+        gradient = ((k1 * self.alpha) * d).sum(axis=2).T
+        return (self.prior + k @ self.alpha) / _slope(gradient)
 
     def distance_deviation(self, Z: Array) -> Array:
         """Metric deviation σ/|∇μ| (Q,) [m]."""

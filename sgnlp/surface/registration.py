@@ -83,24 +83,31 @@ def registered(gpis: Gpis, known: Array, new: Array, rise: float = 0.0) -> Regis
 
     `rise` [m] is by how much the table has moved up.
     """
-    Z, centre, tree = spread(new), known.mean(axis=0), cKDTree(known)
+    Z, centre, tree, normals = spread(new), known.mean(axis=0), _tree(known), np.full(known.shape, np.nan)
     shift = np.array([*(_middle(new) - _middle(known))[:2], rise])
     motion, radius = PlanarMotion(centre, 0.0, shift), float(np.ptp(known, axis=0).max()) / 2
     for _ in range(STEPS):
-        Y = known[tree.query(motion.inverse(Z))[1]]
-        step = _step(motion, Z, Y, gpis.normal(Y))
+        nearest = np.asarray(tree.query(motion.inverse(Z))[1])
+        asked = nearest[np.isnan(normals[nearest, 0])]  # from step to step most have the same neighbours
+        normals[asked] = gpis.normal(known[asked])
+        step = _step(motion, Z, known[nearest], normals[nearest])
         motion = PlanarMotion(centre, motion.yaw + step[0], motion.shift + np.append(step[1:], 0.0))
         if max(radius * abs(step[0]), *abs(step[1:])) < SETTLED:
             break
     before = spread(known)
     near, now = (np.abs(gpis.distance(points)) <= NEAR for points in (before, motion.inverse(Z)))
-    again = np.asarray(cKDTree(new).query(motion(before))[0] <= AGAIN)
+    again = np.asarray(_tree(new).query(motion(before))[0] <= AGAIN)
     return Registration(motion, float(near.mean()), float(now.mean()), float(again.mean()))
 
 
 def spread(points: Array) -> Array:
     """At most `POINTS` of the points (N, 3), evenly from their order."""
     return points[np.linspace(0, len(points) - 1, min(POINTS, len(points))).round().astype(int)]
+
+
+def _tree(points: Array) -> cKDTree:
+    """A tree that is quick to build, for it answers few queries."""
+    return cKDTree(points, compact_nodes=False, balanced_tree=False)
 
 
 def _middle(points: Array) -> Array:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from plans import SMALL_FLAGS, same, small_plan
+from plans import SMALL_FLAGS, small_plan
 from processes import COMMAND, command_with, hang, interrupted, running, wait_for
 from rich.console import Console
 from scenes import SMALL, ellipsoid, hand
@@ -27,6 +27,7 @@ from sgnlp.cli import codes, run
 from sgnlp.cli.progress import bars
 from sgnlp.perception.observation import ObservationSettings
 from sgnlp.planning import results
+from sgnlp.planning.grasps import same
 from sgnlp.planning.pool import solve_start
 from sgnlp.surface.kernels import KERNELS
 

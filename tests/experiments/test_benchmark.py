@@ -14,6 +14,8 @@ from typing import get_args
 
 import numpy as np
 import pytest
+from here import Here
+from plans import small_plan
 from processes import ALIVE
 from scenes import SMALL, ellipsoid, hand, oracle, posed
 
@@ -21,12 +23,24 @@ import sgnlp
 from sgnlp.base.presets import ROBUST
 from sgnlp.cli import run
 from sgnlp.experiments import benchmarks
-from sgnlp.experiments.benchmarks import TARGETS, TARGETS_MET, growth, measure, processes, ratios, solving, startup
+from sgnlp.experiments.benchmarks import (
+    TARGETS,
+    TARGETS_MET,
+    cluster,
+    growth,
+    measure,
+    processes,
+    ratios,
+    replanning,
+    solving,
+    startup,
+)
 from sgnlp.experiments.benchmarks.measure import Bench, Row, Time, clocked, cold_times, spread, timing, warm_times
 from sgnlp.experiments.benchmarks.oracle import FUNCTIONS, call, rates, scene
 from sgnlp.experiments.benchmarks.oracle import rows as oracle_rows
 from sgnlp.experiments.cli.benchmark import Benchmark, Section
 from sgnlp.planning import results
+from sgnlp.planning.grasps import same
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.solvers.ipopt import Ipopt
 from sgnlp.planning.starts import starts
@@ -159,7 +173,8 @@ def test_targets_are_judged_by_the_median_and_stand_first():
 def test_every_target_is_of_something_that_is_measured(bench, monkeypatch):
     made_up(monkeypatch, solves=iter(7 * [(10, 1.0, 0.5)]))
     measured = {row.name for section in (solving.solves, oracle_rows) for row in section(replace(bench, starts=7))}
-    assert {name for name in TARGETS if not name.startswith(("sgnlp solve,", "sgnlp batch,"))} <= measured
+    elsewhere = ("sgnlp solve,", "sgnlp batch,", replanning.STEP, cluster.LOST)
+    assert {name for name in TARGETS if not name.startswith(elsewhere)} <= measured
 
 
 @pytest.mark.parametrize(("value", "text"), [(0.012345, "0.0123"), (12.345, "12.3"), (123456.7, "123457"), (0, "0")])
@@ -382,6 +397,77 @@ def test_the_flags_of_the_command_give_the_settings_that_are_measured(bench, mon
         assert run(["solve", "one.npz", *solving.flags(replace(bench, preset=name, settings=chosen))]) == 0
         assert caught[-1].settings == chosen
         assert (caught[-1].starts, caught[-1].jobs, caught[-1].seed, caught[-1].hand) == (2, 2, 0, "allegro_left")
+
+
+# --- replanning, a cluster --------------------------------------------------------------------------------------------
+
+
+def test_steps_of_replanning_are_timed_beside_a_fresh_plan_of_the_last_cloud(bench, monkeypatch):
+    monkeypatch.setattr(replanning, "STEPS", 3)
+    bench = replace(bench, starts=1, jobs=1)
+    bench.__dict__["hand"] = hand()
+    rows = {row.name: row for row in replanning.rows(bench)}
+    step, fresh, over = rows.values()
+    assert (step.name, step.unit, step.repeats) == (replanning.STEP, "ms", 3)
+    assert step.note == "1 objects x 3 steps: 3 moved, 0 fitted, 0 planned afresh, 0 without a grasp"
+    assert (fresh.repeats, over.repeats) == (1, 1)
+    assert over.median == pytest.approx(fresh.median / step.median)
+
+
+def test_the_clouds_of_a_stream_move_on_by_the_same_step_each_with_its_own_noise(bench):
+    seen = bench.observations[0]
+    clouds = [seen, *replanning.stream(seen, 0)]
+    assert len(clouds) == replanning.STEPS + 1
+    middles = np.array([cloud.points.mean(axis=0) for cloud in clouds])
+    steps = np.linalg.norm(np.diff(middles, axis=0), axis=1)
+    np.testing.assert_allclose(steps, replanning.LENGTH, atol=3e-4)
+    assert len({cloud.digest for cloud in clouds}) == len(clouds)
+
+
+def spans(*of: tuple[int, float, float]) -> list[cluster.Span]:
+    """Spans of two seconds of CPU time each: process, begin and end."""
+    return [cluster.Span(process, begin, end, 2.0) for process, begin, end in of]
+
+
+def test_a_worker_is_idle_between_its_own_tasks_alone():
+    run = cluster.Run(spans((1, 0.0, 2.0), (2, 1.0, 9.0), (1, 2.5, 5.0), (1, 6.5, 9.0)), {}, 9.0, 0.1)
+    assert run.gaps == [0.5, 1.5]
+    assert run.busy == pytest.approx(2.0 / (2.0 + 1.0))
+    assert cluster.Run(spans((1, 0.0, 2.0)), {}, 2.0, 0.0).busy == 1.0
+
+
+def test_the_gain_of_workers_is_counted_from_their_gaps_and_their_bits_are_compared(bench, monkeypatch):
+    pytest.importorskip("distributed")
+    grasps = small_plan().arrays()
+    other = replace(grasps, energy=grasps.energy + 1e-9)
+    gaps = {1: 0.0, 4: 0.5}
+
+    def run(files: list[Path], gap: float, last: object) -> cluster.Run:
+        found = dict.fromkeys(files, grasps) | {files[-1]: last}
+        return cluster.Run(spans((1, 0.0, 2.0), (1, 2.0 + gap, 4.0 + gap)), found, 60.0, 0.01)
+
+    def on_cluster(count: int, task: object, files: list[Path], folder: Path) -> cluster.Run:
+        return run(files, gaps[count], grasps if count == 1 else other)
+
+    monkeypatch.setattr(cluster, "measured", lambda task, files, workers, folder: run(files, 0.0, grasps))
+    monkeypatch.setattr(cluster, "on_cluster", on_cluster)
+    rows = {row.name: row for row in cluster.rows(bench)}
+    assert rows[cluster.GAIN].median == pytest.approx(4 * 2.0 / 2.5)
+    assert rows[cluster.LOST].median == pytest.approx(20.0)
+    assert [rows[f"dask, {n} workers: the same bits"].median for n in (1, 4)] == [12, 11]
+    assert rows["dask, 4 workers: a gap"].median == pytest.approx(500.0)
+    assert rows["without dask: the main process"].median == pytest.approx(10.0)
+
+
+def test_every_object_is_planned_saved_and_timed_by_the_process_that_plans_it(bench, tmp_path, monkeypatch):
+    made = small_plan()
+    planned = made.arrays(), made.summary(), made.histories(), made.motion_files()
+    monkeypatch.setattr(cluster, "plan", lambda task, file: planned)
+    workers, files = Here(), [tmp_path / "one.npz", tmp_path / "two.npz"]
+    run = cluster.measured(None, files, workers, tmp_path / "out")
+    assert workers.closed
+    assert [span.process for span in run.spans] == 2 * [os.getpid()]
+    assert all(same(run.grasps[file], sgnlp.load_grasps(tmp_path / "out" / file.stem)) for file in files)
 
 
 # --- the command -----------------------------------------------------------------------------------------------------

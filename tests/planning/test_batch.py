@@ -4,10 +4,12 @@ import csv
 import json
 import math
 import os
+import socket
 import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from dataclasses import fields, replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -15,8 +17,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from here import Here
-from plans import SMALL_FLAGS, same, small_plan
-from processes import ALIVE, TESTS, command_with, hang, interrupted, running, wait_for
+from plans import SMALL_FLAGS, small_plan
+from processes import TESTS, command_with, hang, interrupted, running, wait_for
 from scenes import SMALL, ellipsoid, hand
 
 from sgnlp import load_grasps
@@ -24,10 +26,11 @@ from sgnlp.base import exclusive
 from sgnlp.base.errors import InputError, MachineError, SolverError
 from sgnlp.cli import codes, run
 from sgnlp.hand.placements import BACKENDS
-from sgnlp.perception.observation import Reading
+from sgnlp.perception.observation import Reading, load
 from sgnlp.planning import results
 from sgnlp.planning.batch import Row, Task, batch, plan
 from sgnlp.planning.ending import ENOUGH, Ending
+from sgnlp.planning.grasps import same
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.solvers import settled
 
@@ -37,6 +40,7 @@ LEAN_FLAGS = [*FEW, "--solver.formulation", "constrained"]
 WALK = BACKENDS[-1]
 UNHURRIED = ["--timeout", "3600"]
 """Where a start has to end, on a busy machine too."""
+FLAT = "all points lie on one plane; a solid object needs points in three dimensions"
 LEANEST_FLAGS = [*FEW, "--solver.formulation", "penalty", "--solver.max-iterations", "3"]
 """A quarter of the time, where nothing needs to be feasible."""
 
@@ -176,6 +180,25 @@ def test_whatever_goes_wrong_with_an_object_is_its_row_and_stops_no_other(solved
     assert [row.name for row in found.values() if row.feasible] == ["good", "last"]
     assert not Path("results/broken").exists()
     assert math.isnan(found["stopped.npz"].margin)
+
+
+def test_a_cloud_is_cleaned_once_whether_it_is_solved_or_was_before(solved, monkeypatch):
+    cleaned = []
+    monkeypatch.setattr("sgnlp.planning.batch.load", lambda file, reading: cleaned.append(file) or load(file, reading))
+    file = cloud("one", name="mug")
+    rows([file])
+    assert rows([file])[str(file)].reused
+    assert solved == ["mug"]
+    assert cleaned == 2 * [file.absolute()]
+
+
+def test_a_cloud_that_cleaning_refuses_is_a_row_that_says_why(solved):
+    np.savez("flat.npz", points=ellipsoid() * [1, 1, 0], table_height=0.0)
+    for _ in range(2):
+        (row,) = rows([Path("flat.npz")]).values()
+        assert (row.name, row.failure) == ("flat", FLAT)
+        Path("results/flat").mkdir(parents=True, exist_ok=True)
+    assert not solved
 
 
 def test_two_files_of_one_name_do_not_replace_each_other(solved):
@@ -507,25 +530,29 @@ def test_ctrl_c_ends_every_process_and_keeps_what_is_done():
 needs_dask = pytest.mark.skipif(find_spec("distributed") is None, reason="needs the package distributed")
 
 
-@pytest.fixture
-def cluster() -> Iterator[tuple[str, Callable[[], int]]]:
-    """The address of a scheduler with two workers, and what kills one of them."""
-    code = """
+CLUSTER = """
 import os, signal, sys
 from distributed import Client, LocalCluster
 if __name__ == "__main__":
-    options = {"processes": True, "dashboard_address": None, "silence_logs": 50}
-    with LocalCluster(n_workers=2, threads_per_worker=1, **options) as cluster, Client(cluster) as client:
+    workers, port = map(int, sys.argv[1:])
+    options = {"processes": True, "dashboard_address": None, "silence_logs": 50, "threads_per_worker": 1}
+    with LocalCluster(n_workers=workers, scheduler_port=port, **options) as cluster, Client(cluster) as client:
         print(cluster.scheduler_address, flush=True)
         for line in sys.stdin:
             pids = client.run(os.getpid)
             os.kill(sorted(pids.values())[0], signal.SIGKILL)
             print(len(pids), flush=True)
 """
-    Path("cluster.py").write_text(code, encoding="utf-8")
+"""Prints the address of its scheduler. For every line that it is given, it kills a worker and says how many it had."""
+
+
+@contextmanager
+def cluster(workers: int, port: int = 0) -> Iterator[tuple[str, Callable[[], int]]]:
+    """The address of a scheduler with some workers, and what kills one of them; at the end all of them are killed."""
+    Path("cluster.py").write_text(CLUSTER, encoding="utf-8")
     path = os.pathsep.join([str(TESTS), *sys.path])  # the workers are to find what is imported here
     options = {"stdin": subprocess.PIPE, "stderr": subprocess.DEVNULL, "env": os.environ | {"PYTHONPATH": path}}
-    with running([sys.executable, "cluster.py"], **options) as process:
+    with running([sys.executable, "cluster.py", str(workers), str(port)], **options) as process:
 
         def kill() -> int:
             process.stdin.write("kill\n")
@@ -533,38 +560,59 @@ if __name__ == "__main__":
             return int(process.stdout.readline())
 
         yield process.stdout.readline().strip(), kill
-        process.communicate(timeout=ALIVE)
 
 
 def waiting(task: Task, file: Path) -> object:
-    """`plan`, but of all clouds but one only when a worker was killed."""
+    """`plan`, but of all clouds but one only when something was killed, and never twice."""
     assert file.stem == "cloud0" or wait_for((task.root / "killed").exists)
-    return plan(task, file)
+    made = plan(task, file)
+    with open(task.root / f"{file.stem} was planned", "x", encoding="utf-8"):
+        return made
 
 
-@needs_dask
-@pytest.mark.filterwarnings("ignore")
-def test_nothing_is_lost_when_a_worker_of_a_cluster_is_killed_half_way(cluster, monkeypatch):
-    monkeypatch.setattr("sgnlp.planning.batch.plan", waiting)
-    address, kill = cluster
-    files = [cloud(f"cloud{i}", i) for i in range(3)]
-    killed = []
+def on_a_cluster(address: str, files: list[Path], happens: Callable[[], None]) -> None:
+    """A batch on a cluster to which something happens when one object is done: nothing is lost, the bits are right."""
 
     def after_the_first() -> None:
         if wait_for(read):
-            killed.append((kill(), len(read())))
+            happens()
         Path("killed").touch()
 
     thread = threading.Thread(target=after_the_first)
     thread.start()
     code = command(*files, "--backend", "dask", "--scheduler", address, "--starts", 1, *UNHURRIED, *LEAN_FLAGS)
     thread.join()
-    assert killed == [(2, 1)]  # one of two workers, when one object was done
     assert [(row.name, row.feasible, row.failure) for row in read()] == [(f.stem, True, "") for f in files]
     assert code == codes.FEASIBLE
-    assert all(len(load_grasps(f"results/{file.stem}")) == 1 for file in files)
-    run(["solve", str(files[0]), "--quiet", "--starts", "1", "--out", "alone", *UNHURRIED, *LEAN_FLAGS])
-    assert same(load_grasps("results/cloud0"), load_grasps("alone"))
+    for file in files:
+        run(["solve", str(file), "--quiet", "--starts", "1", "--out", "alone", *UNHURRIED, *LEAN_FLAGS])
+        assert same(load_grasps(f"results/{file.stem}"), load_grasps("alone"))
+
+
+@needs_dask
+@pytest.mark.filterwarnings("ignore")
+def test_nothing_is_lost_when_one_of_four_workers_of_a_cluster_is_killed_half_way(monkeypatch):
+    monkeypatch.setattr("sgnlp.planning.batch.plan", waiting)
+    killed = []
+    with cluster(4) as (address, kill):
+        on_a_cluster(address, [cloud(f"cloud{i}", i) for i in range(5)], lambda: killed.append((kill(), len(read()))))
+    assert killed == [(4, 1)]  # one of the workers, all of them at work, when one object was done
+
+
+@needs_dask
+@pytest.mark.filterwarnings("ignore")
+def test_a_batch_goes_on_when_the_scheduler_of_a_cluster_is_killed_and_started_again(monkeypatch):
+    monkeypatch.setattr("sgnlp.planning.batch.plan", waiting)
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    with ExitStack() as first, ExitStack() as second:
+        address, _ = first.enter_context(cluster(1, port))
+
+        def again() -> None:
+            first.close()
+            second.enter_context(cluster(1, port))
+
+        on_a_cluster(address, [cloud(f"cloud{i}", i) for i in range(3)], again)
 
 
 @needs_dask

@@ -1,17 +1,20 @@
 """Plans carried over to an object that has moved, has changed, or was touched."""
 
+import threading
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import SMALL, hand, observation
+from scenes import REACHING, SMALL, hand, observation
 
 from sgnlp.base.errors import InputError
 from sgnlp.hand.kinematics import frames
 from sgnlp.perception.observation import Observation
-from sgnlp.planning import reopen
+from sgnlp.planning import reopen, resuming
 from sgnlp.planning.faraway import moved_cloud
+from sgnlp.planning.kkt import SOLVED_FACTOR
 from sgnlp.planning.plan import Plan
+from sgnlp.planning.planner import STILL_SOLVED, Planner
 from sgnlp.planning.replan import BESIDE, REACH, Touch, replan, touched
 from sgnlp.planning.solve import solve
 from sgnlp.planning.warm_start import WarmStart
@@ -44,6 +47,49 @@ def test_an_object_that_moved_is_grasped_by_the_same_grasp_moved(plan):
     assert again.best.energy == pytest.approx(plan.best.energy, rel=1e-4)
     assert again.best.solved(again.tolerance)
     assert again.best.iterations < plan.best.iterations
+
+
+def test_an_object_that_only_moved_needs_no_iteration_for_its_multipliers_move_too():
+    reached = solve(observation(), hand(), REACHING, count=1, jobs=1)
+    nlp = Planner(reached.problem).stages[-1].nlp
+    assert "reach" in {constraint.name for constraint in nlp.constraints}  # rows that are vectors
+    for yaw in (0.0, 2.0):
+        step = replace(STEP, yaw=yaw)
+        problem = replace(reached.problem, gpis=step.moved(reached.problem.gpis), com=step(reached.problem.com))
+        ended = Planner(problem).resume(reached.solutions[0].ended.moved(nlp, step))
+        assert (ended.status, ended.iterations) == (STILL_SOLVED, 0)
+        assert ended.kkt.worst <= SOLVED_FACTOR * reached.tolerance
+
+
+def test_what_is_kept_of_a_step_makes_no_difference_to_the_next(plan, monkeypatch):
+    clouds = [STEP(plan.observation.points), 0.95 * plan.observation.points, 0.9 * plan.observation.points]
+    built = []
+    for keeps in (True, False):
+        now = plan
+        for points in clouds:
+            if not keeps:
+                monkeypatch.setattr(resuming, "_kept", threading.local())
+            now = replan(now, seen(plan.observation, points))
+        built.append(now)
+    kept, new = built
+    assert kept.best.iterations == new.best.iterations > 0
+    np.testing.assert_array_equal(kept.best.ended.x, new.best.ended.x)
+
+
+def test_the_planner_is_kept_for_problems_that_differ_in_numbers_alone(plan):
+    problem, solver = plan.problem, plan.solver
+    first = resuming.resuming(problem, solver)
+    assert resuming.resuming(replace(problem, table_height=-0.01), solver) is first
+    assert first.problem.table_height == -0.01
+    heavier = replace(problem.settings, contact=replace(problem.settings.contact, mass=0.2))
+    for other, by in (
+        (replace(problem, settings=heavier), solver),
+        (replace(problem, hand=replace(problem.hand)), solver),
+        (replace(problem, terms=problem.terms[1:]), solver),
+        (problem, replace(solver, tolerance=1e-5)),
+    ):
+        assert resuming.resuming(problem, solver) is not (found := resuming.resuming(other, by))
+        assert found.problem is other
 
 
 def test_a_stream_of_clouds_is_followed_and_the_number_of_starts_kept(plan):
@@ -132,11 +178,12 @@ def test_a_touch_just_beside_the_seen_points_is_taken(plan):
 
 def test_a_moved_warm_start_stands_for_the_moved_grasp(plan):
     ended, robot = plan.best.ended, plan.problem.hand
+    nlp = Planner(plan.problem).stages[-1].nlp
     assert isinstance(ended, WarmStart)
     motion = PlanarMotion(np.array([0.1, 0.2, 0.0]), 0.8, np.array([0.05, -0.02, 0.01]))
     before, after = (
         posture(robot, AtContact(), (warm.start.wrist, warm.start.joints), warm.x, 0.5)
-        for warm in (ended, ended.moved(robot, motion))
+        for warm in (ended, ended.moved(nlp, motion))
     )
     np.testing.assert_allclose(after.targets, motion(before.targets), atol=1e-12)
     np.testing.assert_allclose(after.joints, before.joints)

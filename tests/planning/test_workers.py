@@ -5,10 +5,12 @@ import os
 import signal
 import time
 from concurrent.futures import BrokenExecutor, Future
+from types import SimpleNamespace
 
 import pytest
 from here import Here
 
+from sgnlp.base.errors import InputError, MachineError
 from sgnlp.planning.workers import Workers, each
 
 
@@ -36,6 +38,62 @@ def test_without_semaphores_everything_is_done_in_this_process(monkeypatch):
     assert dict(each(lambda item: (item, os.getpid()), range(3), workers)) == {i: (i, os.getpid()) for i in range(3)}
     assert dict(each(math.sqrt, [-1.0], workers)) == {-1.0: "ValueError: math domain error"}
     workers.close()
+
+
+class Forgetful(Here):
+    """A cluster whose scheduler goes once, with all that it had after the first two items, and comes back if it can."""
+
+    def __init__(self, returns: bool = True):
+        super().__init__()
+        self.window, self.returns, self.log, self.regained = math.inf, returns, list[int](), 0
+
+    def submit(self, function, item):
+        self.log.append(item)
+        if self.regained or len(self.log) <= 2:
+            return super().submit(function, item)
+        future: Future = Future()
+        future.cancel()
+        future.set_running_or_notify_cancel()
+        return future
+
+    def regain(self) -> None:
+        if not self.returns:
+            raise MachineError("gone")
+        self.regained += 1
+
+
+def test_what_a_scheduler_had_when_it_went_is_submitted_to_the_next_and_what_is_done_is_not():
+    workers = Forgetful()
+    found = list(each(abs, range(6), workers))
+    assert sorted(found) == [(i, i) for i in range(6)]
+    assert workers.regained == 1
+    assert sorted(workers.log) == [0, 1, *sorted(2 * [2, 3, 4, 5])]
+
+
+def test_what_is_done_is_kept_when_a_scheduler_does_not_come_back():
+    ended = each(abs, range(6), Forgetful(returns=False))
+    assert sorted([next(ended), next(ended)]) == [(0, 0), (1, 1)]
+    with pytest.raises(MachineError, match="gone"):
+        next(ended)
+
+
+def test_a_scheduler_that_has_gone_is_waited_for_and_then_told(monkeypatch):
+    answers = iter([SimpleNamespace(close=lambda: None), None, None, None])
+
+    def client(scheduler: str) -> object:
+        found = next(answers)
+        if found is None:
+            raise InputError("no dask scheduler answers")
+        return found
+
+    monkeypatch.setattr("sgnlp.planning.workers._client", client)
+    now = iter(range(0, 10**6, 200))
+    monkeypatch.setattr(
+        "sgnlp.planning.workers.time", SimpleNamespace(monotonic=lambda: next(now), sleep=lambda s: None)
+    )
+    with pytest.raises(MachineError, match="the dask scheduler at 'tcp://there' has gone; start it again and repeat"):
+        Workers(1, "tcp://there").regain()
+    assert len(list(answers)) == 1  # two were asked: at 200 s, and at 400 s of 300
 
 
 class Mortal(Here):

@@ -17,7 +17,20 @@ from sgnlp.experiments.benchmarks.measure import Bench, Row
 from sgnlp.planning import results
 from sgnlp.show import tables as report
 
-Section = Literal["startup", "oracle", "surface", "solving", "whole", "ratios", "points", "starts", "objects", "many"]
+Section = Literal[
+    "startup",
+    "oracle",
+    "surface",
+    "solving",
+    "whole",
+    "replanning",
+    "ratios",
+    "points",
+    "starts",
+    "objects",
+    "many",
+    "cluster",
+]
 PROBLEMS = Path("problems")  # where the clouds are if none is named
 
 
