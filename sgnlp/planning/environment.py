@@ -4,6 +4,7 @@ import importlib.metadata
 import platform
 import subprocess
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,11 @@ CODE = ("sgnlp", "urdf", "problems")
 
 def versions() -> dict[str, str]:
     """Versions of Python and of the packages that a result depends on; "missing" if one is not installed."""
+    return dict(_versions())
+
+
+@cache
+def _versions() -> dict[str, str]:
     found = {"python": platform.python_version()}
     for package in PACKAGES:
         try:
