@@ -7,17 +7,17 @@ give the same bits (`sgnlp.program.codegen`); a result does not depend on which 
 
 import json
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 
 import casadi as ca
 
-from sgnlp.base import toolchain
+from sgnlp.base import toolchain, workshop
 from sgnlp.base.compilers import C
 from sgnlp.base.errors import SolverError
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.placements import identity
-from sgnlp.program import codegen
+from sgnlp.program import codegen, serialised
 from sgnlp.program.nlp import FUNCTIONS, Nlp, build, frame
 from sgnlp.program.structure import Structure
 
@@ -30,11 +30,13 @@ ROOMS = ("base", "perception", "surface", "hand", "program")
 
 
 def program(hand: Hand, structure: Structure, compiled: bool = True) -> Nlp:
-    """The program of a hand and structure: compiled if it is wanted and in the cache, else in CasADi's machine."""
+    """The program of a hand and structure: compiled if it is wanted and in the cache, else in CasADi's machine.
+
+    All three ways give the same bits.
+    """
     if structure.inner != structure:
         return structure.formulation.wrap(program(hand, structure.inner, compiled))
-    found = load(hand, structure) if compiled else None
-    return found or build(hand, structure)
+    return (load(hand, structure) or interpreted(hand, structure)) if compiled else build(hand, structure)
 
 
 @lru_cache(maxsize=8)
@@ -54,12 +56,33 @@ def load(hand: Hand, structure: Structure) -> Nlp | None:
     return Nlp(**frame(hand, structure, sizes), **functions)
 
 
+@lru_cache(maxsize=8)
+def interpreted(hand: Hand, structure: Structure) -> Nlp:
+    """The program in CasADi's machine: its functions as they were kept in the cache, else built."""
+    content = (kept := _kept(hand, structure)) and toolchain.note_of(kept)
+    found = content and serialised.read(content)
+    return Nlp(**frame(structure.of(hand), structure, found[0]), **found[1]) if found else build(hand, structure)
+
+
+def keep(hand: Hand, structure: Structure) -> None:
+    """Put the functions of a program into the cache, unless they are there: reading takes a quarter of building.
+
+    Raises:
+        SolverError: the cache cannot be written.
+        MachineError: there is no room for it.
+    """
+    kept = _kept(hand, structure)
+    if kept is not None and toolchain.note_of(kept) is None:
+        toolchain.keep(kept, serialised.written(interpreted(hand, structure.inner)))
+
+
 def compile_program(
     hand: Hand, structure: Structure, jobs: int = 1, progress: Callable[[int, int], None] = lambda done, total: None
 ) -> Path:
     """Compile a program into the cache, unless it is there, and return its library. It notes the sizes of its rows.
 
-    One process builds and others that want the same wait for it.
+    One process builds and others that want the same wait for it. What a build that was broken off has done is not done
+    again.
 
     Raises:
         SolverError: there is no compiler, it fails, the cache cannot be written, or a part of the program has no
@@ -71,11 +94,13 @@ def compile_program(
         raise SolverError("terms and constraints that come from no file are not compiled")
 
     def make() -> None:
-        nlp = build(hand, structure.inner)
-        sources = {file: text for name in FUNCTIONS for file, text in _sources(name, nlp).items()}
-        toolchain.build(library, sources, FLAGS, jobs, progress, json.dumps(nlp.row_sizes).encode())
+        made = partial(interpreted, hand, structure.inner)
+        parts = {name: partial(_sources, name, made) for name in FUNCTIONS}
+        workshop.build(library, parts, lambda: json.dumps(made().row_sizes).encode(), FLAGS, jobs, progress)
 
     toolchain.once(library, make)
+    if (kept := _kept(hand, structure)) is not None:
+        kept.unlink(missing_ok=True)  # which the library makes superfluous
     load.cache_clear()
     return library
 
@@ -83,6 +108,17 @@ def compile_program(
 def built(library: Path) -> bool:
     """Whether a library is in the cache, as it was built."""
     return toolchain.note_of(library) is not None
+
+
+def share(library: Path) -> float:
+    """The share of a library's files that are compiled, by builds that were broken off too."""
+    return 1.0 if built(library) else workshop.done(library)
+
+
+def instructions(nlp: Nlp) -> int:
+    """How many instructions there are to compile."""
+    functions = (getattr(nlp, name) for name in FUNCTIONS)
+    return sum(f.n_instructions() for f in functions if f.is_a("SXFunction"))
 
 
 def can_compile() -> bool:
@@ -104,8 +140,14 @@ def path(hand: Hand, structure: Structure) -> Path | None:
     return toolchain.cache_folder() / f"program-{structure.formulation.name}-{key}.so"
 
 
-def _sources(name: str, nlp: Nlp) -> dict[str, str]:
-    function = getattr(nlp, name)
+def _kept(hand: Hand, structure: Structure) -> Path | None:
+    """Where the functions of a program lie that are not compiled, as `path`."""
+    library = path(hand, structure)
+    return library and library.with_suffix(".casadi")
+
+
+def _sources(name: str, made: Callable[[], Nlp]) -> dict[str, str]:
+    function = getattr(made(), name)
     if function.is_a("SXFunction"):
         return codegen.sources(function)
     generator = ca.CodeGenerator(f"{name}.c")  # the mapped jets: short
