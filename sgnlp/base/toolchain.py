@@ -14,7 +14,7 @@ import subprocess
 import tempfile
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -240,7 +240,8 @@ def finish(
         made = folder / f"{Path(file).stem}.o"
         if not made.exists():
             run(*flags, "-fPIC", "-c", file, "-o", f"{made.name}{PART}")
-            os.replace(f"{made}{PART}", made)
+            with suppress(FileNotFoundError):  # linking tells
+                os.replace(f"{made}{PART}", made)
 
     largest_first = sorted(files, key=lambda file: -(folder / file).stat().st_size)
     with ThreadPoolExecutor(jobs) as pool:  # the threads only wait for compilers

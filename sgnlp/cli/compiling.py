@@ -18,7 +18,7 @@ from sgnlp.base.errors import MachineError, SolverError
 from sgnlp.base.flags import changed, differences
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
-from sgnlp.cli.behind import Left, Work
+from sgnlp.cli import background
 from sgnlp.cli.flags import Planning
 from sgnlp.cli.progress import Bar
 from sgnlp.hand import placement_functions
@@ -41,6 +41,7 @@ WORTH = 300
 class Asked(Protocol):
     """The flags of a command that plans."""
 
+    build: bool
     hand: str
     arm: str | None
     settings: Settings
@@ -100,7 +101,7 @@ class Behind:
 
     def __init__(self, hand: Hand, asked: Asked, around: Around):
         self._given = hand, asked, around
-        self._work: Work | None = None
+        self._work: background.Work | None = None
         self._goes_on = False
         jets = Thread(target=native.library)  # half a second of a compiler that is waited for
         jets.start()
@@ -108,8 +109,8 @@ class Behind:
             for structure in self._structures:
                 compiled.program(hand, structure)  # which the plan needs: before the fork, so that both have it
         jets.join()
-        if self._begun:
-            self._work = Work(partial(_compile, hand, self._structures))
+        if self._begun and asked.build:
+            self._work = background.Work(partial(_compile, hand, self._structures))
 
     @property
     def _structures(self) -> Sequence[Structure]:
@@ -164,7 +165,7 @@ def behind(hand: Hand, asked: Asked, around: Around) -> Iterator[Behind]:
     work.finish()
 
 
-def _compile(hand: Hand, structures: Sequence[Structure], left: Left) -> None:
+def _compile(hand: Hand, structures: Sequence[Structure], left: background.Left) -> None:
     """Keep the functions, so that they are not built again, then compile them."""
     jobs = os.cpu_count() or 1
     todo = [

@@ -31,6 +31,8 @@ class Solve(Abstaining, Ended, Extending, Surrounding, Observing):
     """the cloud: z up, metres; an npz holds `points` (N, 3) or one `points_<camera>` array a camera"""
     out: Path | None = None
     """folder of the result; results/NAME if not given"""
+    build: bool = True
+    """compile the functions behind it, if they are not, for the plans after this one"""
     report: bool = False
     """write report.html and report.md too, as `sgnlp report` does"""
     explain: bool = False
