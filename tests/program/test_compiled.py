@@ -1,6 +1,7 @@
 """Compiled functions: the same bits as CasADi's machine, one build for every object, found again by its key."""
 
-from dataclasses import replace
+import zlib
+from dataclasses import fields, replace
 from functools import partial
 
 import casadi as ca
@@ -62,6 +63,61 @@ def test_every_compiled_function_gives_the_bits_of_casadis_machine(built, name):
         for expected, found in zip(f.call(arguments), g.call(arguments), strict=True):
             assert expected.sparsity() == found.sparsity()
             np.testing.assert_array_equal(np.array(found.nonzeros()), np.array(expected.nonzeros()))
+
+
+@pytest.fixture
+def kept(tmp_path, monkeypatch):
+    """The small program as it is kept in a cache of its own where it is not compiled: the file."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    for known in (compiled.load, compiled.interpreted):
+        known.cache_clear()
+    nlp = build(small(), STRUCTURE)
+    assert compiled.program(small(), STRUCTURE) is nlp
+    compiled.keep(small(), STRUCTURE)
+    compiled.interpreted.cache_clear()
+    yield compiled.path(small(), STRUCTURE).with_suffix(".casadi")
+    for known in (compiled.load, compiled.interpreted):
+        known.cache_clear()
+
+
+def test_functions_that_are_kept_are_those_that_were_built(kept, monkeypatch):
+    nlp = build(small(), STRUCTURE)
+    monkeypatch.setattr(compiled, "build", None)
+    found = compiled.program(small(), STRUCTURE)
+    assert found is not nlp
+    for field in {field.name for field in fields(nlp)} - {*FUNCTIONS, "parameters", "units"}:
+        assert getattr(found, field) == getattr(nlp, field)
+    assert found.parameters.sizes == nlp.parameters.sizes
+    for name in FUNCTIONS:
+        assert getattr(found, name).serialize() == getattr(nlp, name).serialize()
+    compiled.keep(small(), STRUCTURE)
+
+
+def test_what_is_kept_and_damaged_or_not_readable_is_built_again(kept):
+    for content in (kept.read_bytes()[:-1], b""):
+        kept.write_bytes(content)
+        assert compiled.program(small(), STRUCTURE) is build(small(), STRUCTURE)
+        compiled.interpreted.cache_clear()
+    kept.unlink()
+    for text in (b"", zlib.compress(b"[1]\nno function"), zlib.compress(b"none")):
+        toolchain.keep(kept, text)
+        assert compiled.program(small(), STRUCTURE) is build(small(), STRUCTURE)
+        compiled.interpreted.cache_clear()
+
+
+def test_nothing_is_kept_where_it_cannot_be_found_again_or_is_compiled_without(kept):
+    other = replace(STRUCTURE, terms=(*STRUCTURE.terms, type("Own", (Term,), {})()))
+    compiled.keep(small(), other)
+    assert list(kept.parent.glob("*.casadi")) == [kept]
+    assert compiled.program(small(), STRUCTURE, compiled=False) is build(small(), STRUCTURE)
+
+
+@needs_a_compiler
+def test_a_compiled_program_takes_the_place_of_the_kept_one(kept, monkeypatch):
+    monkeypatch.setattr(compiled, "_sources", lambda name, made: {f"{name}.c": f"int {name}(void){{return 0;}}"})
+    library = compiled.compile_program(small(), STRUCTURE)
+    assert library.exists()
+    assert not kept.exists()
 
 
 @needs_a_compiler
