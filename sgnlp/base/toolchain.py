@@ -19,7 +19,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from filelock import FileLock
 from platformdirs import user_cache_path
 
 from sgnlp.base.compilers import C, Compiler
@@ -157,6 +156,8 @@ def once(target: Path, make: Callable[[], None], compiler: Compiler = C) -> None
         return
     if fault := cache_fault() or compiler.fault():
         raise SolverError(fault)
+    from filelock import FileLock  # which no command needs that finds all compiled
+
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with FileLock(target.with_suffix(".lock")):

@@ -105,7 +105,7 @@ class Behind:
         self._goes_on = False
         jets = Thread(target=native.library)  # half a second of a compiler that is waited for
         jets.start()
-        if missing(*self._given):
+        if self._missing:
             for structure in self._structures:
                 compiled.program(hand, structure)  # which the plan needs: before the fork, so that both have it
         jets.join()
@@ -118,8 +118,12 @@ class Behind:
         return asked.additions.structures(asked.settings, around)
 
     @cached_property
+    def _missing(self) -> bool:
+        return missing(*self._given)
+
+    @cached_property
     def _begun(self) -> bool:
-        return missing(*self._given) and compiled.can_compile() and native.library() is not None
+        return self._missing and compiled.can_compile() and native.library() is not None
 
     def end(self) -> None:
         """The command has no result."""
@@ -137,7 +141,7 @@ class Behind:
         """Say that the functions were interpreted, and what becomes of that."""
         hand, asked, around = self._given
         if not self._begun:
-            if missing(*self._given):
+            if self._missing:
                 why = toolchain.cache_fault() or C.fault() or native.attempt()[1]
                 console.print(f"The functions are interpreted, which takes about twice as long: {why}", soft_wrap=True)
             return

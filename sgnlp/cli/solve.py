@@ -20,7 +20,6 @@ from sgnlp.planning import confidence, results
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.solve import solve
 from sgnlp.show import tables
-from sgnlp.show.png import drawable
 
 
 @dataclass(kw_only=True)
@@ -49,7 +48,7 @@ class Solve(Abstaining, Ended, Extending, Surrounding, Observing):
         folder = self.out or Path("results") / observation.name
         results.writable(folder)
         if self.report:
-            drawable("skimage")
+            import_module("sgnlp.show.png").drawable("skimage")
         around = self.surroundings.and_seen(observation).around(self.settings, hand.arm is not None)
         with compiling.behind(hand, self, around) as behind:
             return self._run(console, observation, hand, folder, behind)
