@@ -5,8 +5,12 @@ the compiler, its flags and the processor. So a warm start builds no graph at al
 give the same bits (`sgnlp.program.codegen`); a result does not depend on which of them ran.
 """
 
+import hashlib
 import json
-from collections.abc import Callable
+import lzma
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import lru_cache, partial
 from pathlib import Path
 
@@ -16,6 +20,7 @@ from sgnlp.base import toolchain, workshop
 from sgnlp.base.compilers import C
 from sgnlp.base.errors import SolverError
 from sgnlp.hand.hand import Hand
+from sgnlp.hand.library import beside
 from sgnlp.hand.placements import identity
 from sgnlp.program import codegen, serialised
 from sgnlp.program.nlp import FUNCTIONS, Nlp, build, frame
@@ -24,6 +29,9 @@ from sgnlp.program.structure import Structure
 FLAGS = ("-Og", "-ffp-contract=off")
 """-O1 compiles half as long again and gains nothing, and without optimising they run three times as long. Contraction
 would change the bits."""
+
+LEVEL = 1
+"""Of zlib, for functions in the cache: a seventh of the size. 6 gives a ninth of it, for twice the time."""
 
 ROOMS = ("base", "perception", "surface", "hand", "program")
 """The rooms that the functions of a program are made of: a change in one of them asks for a new build."""
@@ -58,22 +66,44 @@ def load(hand: Hand, structure: Structure) -> Nlp | None:
 
 @lru_cache(maxsize=8)
 def interpreted(hand: Hand, structure: Structure) -> Nlp:
-    """The program in CasADi's machine: its functions as they were kept in the cache, else built."""
-    content = (kept := _kept(hand, structure)) and toolchain.note_of(kept)
-    found = content and serialised.read(content)
-    return Nlp(**frame(structure.of(hand), structure, found[0]), **found[1]) if found else build(hand, structure)
+    """The program in CasADi's machine: its functions as the package carries or the cache keeps them, else built."""
+    for content in _contents(hand, structure):
+        if found := serialised.read(content):
+            return Nlp(**frame(structure.of(hand), structure, found[0]), **found[1])
+    return build(hand, structure)
 
 
 def keep(hand: Hand, structure: Structure) -> None:
-    """Put the functions of a program into the cache, unless they are there: reading takes a quarter of building.
+    """Put the functions of a program into the cache, unless they are to be had: reading takes a third of building.
 
     Raises:
         SolverError: the cache cannot be written.
         MachineError: there is no room for it.
     """
     kept = _kept(hand, structure)
-    if kept is not None and toolchain.note_of(kept) is None:
-        toolchain.keep(kept, serialised.written(interpreted(hand, structure.inner)))
+    if kept is not None and not any(True for _ in _contents(hand, structure)):
+        toolchain.keep(kept, zlib.compress(serialised.written(interpreted(hand, structure.inner)), LEVEL))
+
+
+def file_name(hand: Hand, structure: Structure) -> str | None:
+    """The name of the file in which the package carries the functions of a program.
+
+    It tells by what they were made, as `path` does, but for CasADi: it reads what older versions have written.
+    """
+    key = _key(hand, structure)
+    digest = key and hashlib.sha256("\0".join(key).encode() + _package()).hexdigest()[:16]
+    return f"program-{structure.inner.formulation.name}-{digest}.xz" if digest else None
+
+
+def _contents(hand: Hand, structure: Structure) -> Iterator[bytes]:
+    """What may be the functions of a program, serialised."""
+    name, kept = file_name(hand, structure), _kept(hand, structure)
+    with suppress(zlib.error, lzma.LZMAError, OSError):
+        if name and (carried := beside(name)) is not None:
+            yield lzma.decompress(carried.read_bytes())
+    with suppress(zlib.error):
+        if kept and (content := toolchain.note_of(kept)):
+            yield zlib.decompress(content)
 
 
 def compile_program(
@@ -131,13 +161,17 @@ def path(hand: Hand, structure: Structure) -> Path | None:
 
     None if a part of it has no source that is known: it could have changed unnoticed.
     """
-    structure = structure.inner
-    if structure.key is None:
+    parts = _key(hand, structure)
+    if parts is None:
         return None
-    of = structure.of(hand)
-    parts = (_package(), of.digest, structure.key, ca.__version__, identity(of.kinematics, *of.models))
-    key = toolchain.fingerprint(*parts, *FLAGS)
-    return toolchain.cache_folder() / f"program-{structure.formulation.name}-{key}.so"
+    key = toolchain.fingerprint(_package(), *parts, ca.__version__, *FLAGS)
+    return toolchain.cache_folder() / f"program-{structure.inner.formulation.name}-{key}.so"
+
+
+def _key(hand: Hand, structure: Structure) -> tuple[str, ...] | None:
+    """What the functions of a program depend on beside the package; None as in `path`."""
+    of, key = structure.of(hand), structure.inner.key
+    return None if key is None else (of.digest, key, identity(of.kinematics, *of.models))
 
 
 def _kept(hand: Hand, structure: Structure) -> Path | None:

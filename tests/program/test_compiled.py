@@ -99,7 +99,7 @@ def test_what_is_kept_and_damaged_or_not_readable_is_built_again(kept):
         assert compiled.program(small(), STRUCTURE) is build(small(), STRUCTURE)
         compiled.interpreted.cache_clear()
     kept.unlink()
-    for text in (b"", zlib.compress(b"[1]\nno function"), zlib.compress(b"none")):
+    for text in (b"", b"none", zlib.compress(b"[1]\nno function"), zlib.compress(b"none")):
         toolchain.keep(kept, text)
         assert compiled.program(small(), STRUCTURE) is build(small(), STRUCTURE)
         compiled.interpreted.cache_clear()
