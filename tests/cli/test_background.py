@@ -4,11 +4,18 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import suppress
+from pathlib import Path
 
+import numpy as np
 import pytest
-from processes import group, running, wait_for
+from hands import THREE
+from plans import SMALL_FLAGS
+from processes import COMMAND, command_with, group, interrupted, running, wait_for
+from scenes import ellipsoid
 
 from sgnlp.cli.background import Work
+from sgnlp.program import compiled
 
 WORKING = """
 import pathlib, subprocess, sys, time
@@ -101,3 +108,68 @@ def test_it_is_the_last_in_turn_and_silent(place, capfd):
     assert work.finish()
     assert (place / "nice").read_text(encoding="utf-8") == "19"
     assert capfd.readouterr() == ("", "")
+
+
+FLAGS = ["--hand", str(THREE), "--starts", "1", "--solver.formulation", "penalty", *SMALL_FLAGS]
+
+
+@pytest.fixture
+def cache(place, monkeypatch):
+    """A cache of the test's own with a cloud beside it, where nothing is compiled."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(place / "cache"))
+    with open("ellipsoid.npz", "wb") as stream:
+        np.savez(stream, points=ellipsoid(), table_height=0.0)
+    return place / "cache" / "sgnlp"
+
+
+def users(cache) -> list[int]:
+    """The processes that have this cache."""
+    found = []
+    for environment in Path("/proc").glob("[0-9]*/environ"):
+        with suppress(OSError):
+            if str(cache.parent).encode() in environment.read_bytes():
+                found.append(int(environment.parent.name))
+    return found
+
+
+def half_built(cache) -> list[Path]:
+    """What is compiled of the program whose build was broken off."""
+    return sorted(cache.glob(".build-program-*/*.o"))
+
+
+@pytest.mark.skipif(not compiled.can_compile(), reason="no C compiler")
+def test_ctrl_c_ends_the_compilers_too(cache):
+    hanging = command_with("import sgnlp.planning.pool, processes; sgnlp.planning.pool.solve_start = processes.hang")
+    with running([*hanging, "solve", "ellipsoid.npz", *FLAGS]) as process:
+        assert wait_for(lambda: half_built(cache)), "nothing is compiled"
+        assert interrupted(process) == (130, "", "interrupted\n")
+    assert wait_for(lambda: not users(cache)), "a compiler is left"
+    assert not list(cache.glob("program-*.so"))
+
+
+@pytest.mark.skipif(not compiled.can_compile(), reason="no C compiler")
+def test_a_library_that_a_plan_left_half_built_is_finished_by_what_comes_after_it(place, cache, monkeypatch):
+    compiler, log = place / "noting", place / "asked"
+    compiler.write_text(f'#!/bin/sh\necho "$@" >> {log}\nexec cc "$@"\n', encoding="utf-8")
+    compiler.chmod(0o755)
+    monkeypatch.setenv("CC", str(compiler))
+    monkeypatch.setenv("CXX", "no-such-compiler")
+    slow = command_with(
+        "from sgnlp.cli import background; background.NEARLY = -1; import pathlib, time; from sgnlp.cli import solve;"
+        "show = solve._show;"
+        f"cache = pathlib.Path({str(cache)!r});"
+        "wait = lambda: any(cache.glob('.build-program-*/*.o')) or time.sleep(0.02) or wait();"
+        "solve._show = lambda *given: (wait(), show(*given))"
+    )
+    done = subprocess.run([*slow, "solve", "ellipsoid.npz", *FLAGS], capture_output=True, encoding="utf-8", check=False)
+    assert "of them are compiled, and the next plans go on with that" in " ".join(done.stdout.split()), done.stderr
+    assert wait_for(lambda: not users(cache)), "a compiler is left"
+    before = [file.name for file in half_built(cache)]
+    assert before
+    assert not list(cache.glob("program-*.so"))
+    flags = [*FLAGS[:2], *FLAGS[4:]]  # without the starts
+    subprocess.run([*COMMAND, "cache", "--build", *flags], capture_output=True, check=True)
+    assert len(list(cache.glob("program-*.so"))) == 1
+    assert not half_built(cache)
+    asked = log.read_text(encoding="utf-8")
+    assert [asked.count(f" -o {name}.part") for name in before] == [1] * len(before)
