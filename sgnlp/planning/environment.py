@@ -25,18 +25,15 @@ CODE = ("sgnlp", "urdf", "problems")
 
 def versions() -> dict[str, str]:
     """Versions of Python and of the packages that a result depends on; "missing" if one is not installed."""
-    return dict(_versions())
+    return {"python": platform.python_version()} | {package: _version(package) for package in PACKAGES}
 
 
 @cache
-def _versions() -> dict[str, str]:
-    found = {"python": platform.python_version()}
-    for package in PACKAGES:
-        try:
-            found[package] = importlib.metadata.version(package)
-        except importlib.metadata.PackageNotFoundError:
-            found[package] = "missing"
-    return found
+def _version(package: str) -> str:
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return "missing"
 
 
 def commit() -> str:
