@@ -109,9 +109,9 @@ def entries(content: str, keys: Sequence[str] = KEYS, optional: Sequence[str] = 
     try:
         return mapping(yaml.load(content, _Loader), "the file", keys, optional)
     except (yaml.YAMLError, ValueError, TypeError) as error:
-        tabs = [i for i, line in enumerate(content.splitlines(), 1) if "\t" in line]
-        if tabs and "\\t" in str(error):
-            raise InputError(f"line {tabs[0]} of the file has a tab; YAML is indented by spaces") from None
+        line = mark.line + 1 if (mark := getattr(error, "problem_mark", None)) else 0
+        if line and "\t" in "".join(content.splitlines()[line - 1 : line]):
+            raise InputError(f"line {line} of the file has a tab; YAML is indented by spaces") from None
         raise InputError(f"the file is not YAML: {' '.join(str(error).split())}") from None
 
 
