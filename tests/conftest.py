@@ -76,6 +76,26 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: places.get(item.path.stem, len(places)))
 
 
+class Idle:
+    """In the place of work behind a command."""
+
+    def __init__(self, do: object):
+        self.do = do
+
+    def finish(self) -> bool:
+        return False
+
+    def end(self) -> None:
+        pass
+
+
+@pytest.fixture(autouse=True)
+def nothing_works_behind_a_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A plan made in a process of the tests starts no compilers that work beside them."""
+    if (background := sys.modules.get("sgnlp.cli.background")) is not None:
+        monkeypatch.setattr(background, "Work", Idle)
+
+
 def pytest_unconfigure(config: pytest.Config) -> None:
     """The cache goes with the process that made it."""
     if OWN:

@@ -12,14 +12,13 @@ import shutil
 import stat
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from filelock import FileLock
 from platformdirs import user_cache_path
 
 from sgnlp.base.compilers import C, Compiler
@@ -29,6 +28,8 @@ TIMEOUT = 900.0
 """Longest time that a compiler may take for one file [s]; it takes 1 to 3 for one of C, 40 to 150 for that of C++."""
 BUILDING = ".build-"
 """How the names of folders begin in which something is being built."""
+PART = ".part"
+"""How the name of what a compiler has not finished ends."""
 SIZE_BYTES, DIGEST = 8, hashlib.sha256
 """The end of a library is a note, the length of the note in so many bytes, and the digest of all before it."""
 ELSEWHERE = "set XDG_CACHE_HOME to a folder that can be written and holds programs"
@@ -127,10 +128,9 @@ def build(
     if linking.compiler.words() is None:
         raise SolverError(linking.compiler.fault())
     with _inside(target.parent) as folder:
-        _compile(linking, folder, target.name, sources, flags, jobs, progress)
-        library = folder / target.name
-        library.write_bytes(_sealed(library.read_bytes(), note))
-        os.replace(library, target)
+        for file, text in sources.items():
+            (folder / file).write_text(text, encoding="utf-8")
+        finish(folder, target, sources, flags, jobs, progress, note, linking)
 
 
 def keep(target: Path, note: bytes) -> None:
@@ -156,6 +156,8 @@ def once(target: Path, make: Callable[[], None], compiler: Compiler = C) -> None
         return
     if fault := cache_fault() or compiler.fault():
         raise SolverError(fault)
+    from filelock import FileLock  # which no command needs that finds all compiled
+
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with FileLock(target.with_suffix(".lock")):
@@ -206,20 +208,21 @@ def _unwritten(cache: Path, error: OSError) -> SolverError | MachineError:
     return kind(f"the cache '{cache}' cannot be written: {error.strerror or error}; {ELSEWHERE}")
 
 
-def _compile(
-    linking: Linking,
+def finish(
     folder: Path,
-    name: str,
-    sources: Mapping[str, str],
+    target: Path,
+    files: Collection[str],
     flags: Sequence[str],
     jobs: int,
     progress: Callable[[int, int], None],
+    note: bytes,
+    linking: Linking = LIBRARY,
 ) -> None:
-    """The library `name` in a folder, where the compiler has its temporary files too."""
-    for file, text in sources.items():
-        (folder / file).write_text(text, encoding="utf-8")
-    files = sorted(sources, key=lambda file: -len(sources[file]))
-    words, compiler = linking.compiler.words() or [], linking.compiler
+    """`build` from files that are in a folder, which gets the compiler's temporary files too.
+
+    Those that are compiled already, as a build that was broken off leaves them, are not compiled again.
+    """
+    words, compiler, name = linking.compiler.words() or [], linking.compiler, target.name
     told = f"the {compiler.language} compiler '{shlex.join(words)}'"
     environment = os.environ | {"TMPDIR": str(folder), "LC_ALL": "C"}
 
@@ -234,13 +237,23 @@ def _compile(
         if done.returncode:
             raise SolverError(compiler.complaint(words, done.stderr or done.stdout))
 
+    def one(file: str) -> None:
+        made = folder / f"{Path(file).stem}.o"
+        if not made.exists():
+            run(*flags, "-fPIC", "-c", file, "-o", f"{made.name}{PART}")
+            with suppress(FileNotFoundError):  # linking tells
+                os.replace(f"{made}{PART}", made)
+
+    largest_first = sorted(files, key=lambda file: -(folder / file).stat().st_size)
     with ThreadPoolExecutor(jobs) as pool:  # the threads only wait for compilers
-        for done, _ in enumerate(pool.map(lambda file: run(*flags, "-fPIC", "-c", file), files), start=1):
+        for done, _ in enumerate(pool.map(one, largest_first), start=1):
             progress(done, len(files))
-    objects = [f"{Path(file).stem}.o" for file in files]
-    run(*linking.flags, "-o", name, *objects, *linking.libraries)
-    if not (folder / name).is_file():
+    run(*linking.flags, "-o", name, *(f"{Path(file).stem}.o" for file in largest_first), *linking.libraries)
+    library = folder / name
+    if not library.is_file():
         raise SolverError(f"{told} ends well, but makes no library; name another in {compiler.variable}")
+    library.write_bytes(_sealed(library.read_bytes(), note))
+    os.replace(library, target)
 
 
 def _sealed(content: bytes, note: bytes) -> bytes:

@@ -8,6 +8,7 @@ a quarter of a second.
 """
 
 import argparse
+import gc
 import operator
 import sys
 from functools import reduce
@@ -22,7 +23,6 @@ from sgnlp import __version__
 from sgnlp.base.errors import MachineError, SgnlpError, gives_out
 from sgnlp.base.presets import PRESETS, VARIANTS
 from sgnlp.cli import codes, interrupts, streams
-from sgnlp.cli.flags import beginning
 
 COMMANDS = {
     "solve": "sgnlp.cli",
@@ -54,6 +54,7 @@ def command(name: str) -> Any:
 
 def _parsed(arguments: list[str]) -> Any:
     """The command that the arguments ask for; those that plan begin with the settings of their preset."""
+    beginning = import_module("sgnlp.cli.flags").beginning  # which imports all that plans
     preset = _preset(arguments)
     if arguments and arguments[0] in COMMANDS:
         chosen, prog = command(arguments[0]), f"sgnlp {arguments[0]}"
@@ -72,11 +73,16 @@ def _preset(arguments: list[str]) -> str:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Entry point of the command `sgnlp`."""
+    """Entry point of the command `sgnlp`.
+
+    The collector of garbage is told not to look at what is imported, nor at anything at the end: a tenth of a second.
+    """
     streams.steady()
+    gc.disable()
     code = run(sys.argv[1:] if arguments is None else arguments)
     if code == codes.INTERRUPTED:
         interrupts.silence()
+    gc.freeze()
     sys.exit(code)
 
 
@@ -103,7 +109,11 @@ def _command(arguments: list[str], console: Console) -> int:
         console.print(__version__)
         return 0
     try:
-        return int(_parsed(arguments).run(console))
+        asked = _parsed(arguments)
+        if not gc.isenabled():  # by `main`
+            gc.freeze()
+            gc.enable()
+        return int(asked.run(console))
     finally:
         interrupts.check()
         _flush()

@@ -1,11 +1,13 @@
 """What commands do and print when the functions are not compiled yet."""
 
 import os
-import subprocess
-import sys
-from collections.abc import Callable, Sequence
+import shlex
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, replace
+from functools import cached_property, partial
 from pathlib import Path
+from threading import Thread
 from typing import Protocol
 
 from rich.console import Console
@@ -16,6 +18,7 @@ from sgnlp.base.errors import MachineError, SolverError
 from sgnlp.base.flags import changed, differences
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
+from sgnlp.cli import background
 from sgnlp.cli.flags import Planning
 from sgnlp.cli.progress import Bar
 from sgnlp.hand import placement_functions
@@ -27,8 +30,8 @@ from sgnlp.program.around import ALONE, Around
 from sgnlp.program.structure import Structure
 from sgnlp.surface import native
 
-PATIENCE = 10
-"""Niceness of a build in the background, so that it does not slow down other work."""
+PACE = 6e-5
+"""How long it takes to write and to compile an instruction, on one core [s]."""
 CONTACT = ("samples", "density", "equilibrium", "metric", "heuristic")
 """Settings of `contact` that decide which functions there are."""
 WORTH = 300
@@ -38,6 +41,7 @@ WORTH = 300
 class Asked(Protocol):
     """The flags of a command that plans."""
 
+    build: bool
     hand: str
     arm: str | None
     settings: Settings
@@ -86,35 +90,102 @@ def worthwhile(hand: Hand, asked: Asked, starts: int, around: Around = ALONE) ->
 
 def missing(hand: Hand, asked: Asked, around: Around = ALONE) -> bool:
     """Whether a program of the plans is not in the cache, though compiled functions are wanted."""
-    paths = [compiled.path(hand, structure) for structure in asked.additions.structures(asked.settings, around)]
-    return asked.settings.solver.compiled and not all(path is None or compiled.built(path) for path in paths)
+    if not asked.settings.solver.compiled:
+        return False
+    structures = [structure.inner for structure in asked.additions.structures(asked.settings, around)]
+    return any(compiled.path(hand, s) is not None and compiled.load(hand, s) is None for s in structures)
 
 
-def offer(console: Console, hand: Hand, asked: Asked, around: Around = ALONE) -> None:
-    """Tell that the functions were interpreted; on a terminal, compile them in the background for the next run."""
-    if not missing(hand, asked, around):
-        return
-    if not compiled.can_compile() or native.library() is None:
-        why = toolchain.cache_fault() or C.fault() or native.attempt()[1]
-        console.print(f"The functions are interpreted, which takes about twice as long: {why}", soft_wrap=True)
-        return
-    command = ["cache", "--build", *_flags(asked, around)]
-    if not console.is_terminal:
-        console.print(
-            f"The functions are interpreted; 'sgnlp {' '.join(command)}' compiles them, once for all objects.",
-            soft_wrap=True,
-        )
-        return
-    subprocess.Popen(
-        [sys.executable, "-m", "sgnlp", *command],
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-        preexec_fn=lambda: os.nice(PATIENCE) and None,
-    )
-    text = "Compiling the functions in the background, once for all objects: later plans take half the time."
-    console.print(text, soft_wrap=True)
+class Behind:
+    """The compiling behind a plan of one cloud, which takes less time than to compile: for the plans after it."""
+
+    def __init__(self, hand: Hand, asked: Asked, around: Around):
+        self._given = hand, asked, around
+        self._work: background.Work | None = None
+        self._goes_on = False
+        jets = Thread(target=native.library)  # half a second of a compiler that is waited for
+        jets.start()
+        if self._missing:
+            for structure in self._structures:
+                compiled.program(hand, structure)  # which the plan needs: before the fork, so that both have it
+        jets.join()
+        if self._begun and asked.build:
+            self._work = background.Work(partial(_compile, hand, self._structures))
+
+    @property
+    def _structures(self) -> Sequence[Structure]:
+        _, asked, around = self._given
+        return asked.additions.structures(asked.settings, around)
+
+    @cached_property
+    def _missing(self) -> bool:
+        return missing(*self._given)
+
+    @cached_property
+    def _begun(self) -> bool:
+        return self._missing and compiled.can_compile() and native.library() is not None
+
+    def end(self) -> None:
+        """The command has no result."""
+        if self._work is not None:
+            self._work.end()
+            self._work = None
+
+    def finish(self) -> None:
+        """The command has its result: what is nearly done goes on."""
+        if self._work is not None:
+            self._goes_on = self._work.finish()
+            self._work = None
+
+    def told(self, console: Console) -> None:
+        """Say that the functions were interpreted, and what becomes of that."""
+        hand, asked, around = self._given
+        if not self._begun:
+            if self._missing:
+                why = toolchain.cache_fault() or C.fault() or native.attempt()[1]
+                console.print(f"The functions are interpreted, which takes about twice as long: {why}", soft_wrap=True)
+            return
+        self.finish()
+        if self._goes_on:
+            text = "The functions are being compiled, once for all objects: later plans take half the time."
+        else:
+            paths = [compiled.path(hand, structure) for structure in self._structures]
+            shares = [compiled.share(path) for path in paths if path]
+            command = shlex.join(["sgnlp", "cache", "--build", *_flags(asked, around)])
+            text = f"The functions are interpreted; {100 * sum(shares) / len(shares):.0f} % of them are compiled, and"
+            text += f" the next plans go on with that; '{command}' does it at once, for all objects."
+        console.print(text, soft_wrap=True)
+
+
+@contextmanager
+def behind(hand: Hand, asked: Asked, around: Around) -> Iterator[Behind]:
+    """While a plan is made, compile for the next one, if that is not done, wanted and possible."""
+    work = Behind(hand, asked, around)
+    try:
+        yield work
+    except BaseException:
+        work.end()
+        raise
+    work.finish()
+
+
+def _compile(hand: Hand, structures: Sequence[Structure], left: background.Left) -> None:
+    """Keep the functions, so that they are not built again, then compile them."""
+    jobs = os.cpu_count() or 1
+    todo = [
+        structure for structure in structures if (path := compiled.path(hand, structure)) and not compiled.built(path)
+    ]
+    seconds = [PACE * compiled.instructions(compiled.program(hand, structure)) / jobs for structure in todo]
+    left(sum(seconds))
+    for structure in todo:
+        compiled.keep(hand, structure)
+    for i, structure in enumerate(todo):
+
+        def progress(done: int, total: int, later: float = sum(seconds[i + 1 :]), own: float = seconds[i]) -> None:
+            left(later + own * (1 - done / total))
+
+        compiled.compile_program(hand, structure, jobs, progress)
+    left(0.0)
 
 
 def _flags(asked: Asked, around: Around) -> list[str]:

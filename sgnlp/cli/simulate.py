@@ -21,7 +21,7 @@ from sgnlp.planning import reopen, results
 from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.motion.way import Way, way
 from sgnlp.planning.surroundings import Surroundings
-from sgnlp.show import tables
+from sgnlp.show import trials
 from sgnlp.show.png import drawable, picture
 from sgnlp.show.simulation_pictures import PHASES, ends, scene
 from sgnlp.simulation import Outcome, SimulationSettings, command, execute, plain, true_body
@@ -148,11 +148,11 @@ def _require_mujoco() -> None:
 
 
 def _show(console: Console, outcomes: list[Outcome], hand: Hand, grasps: Grasps) -> None:
-    console.print(tables.simulation_table(outcomes))
+    console.print(trials.simulation_table(outcomes))
     console.print()
-    console.print(tables.touches_table(outcomes[0], hand, np.asarray(grasps.forces_eq[0])))
+    console.print(trials.touches_table(outcomes[0], hand, np.asarray(grasps.forces_eq[0])))
     console.print()
-    for line in (*tables.closing_lines(outcomes[0]), *tables.motion_lines(outcomes[0])):
+    for line in (*trials.closing_lines(outcomes[0]), *trials.motion_lines(outcomes[0])):
         console.print(line, soft_wrap=True)
     console.print()
     scores = [outcome.score for outcome in outcomes]

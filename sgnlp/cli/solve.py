@@ -20,7 +20,6 @@ from sgnlp.planning import confidence, results
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.solve import solve
 from sgnlp.show import tables
-from sgnlp.show.png import drawable
 
 
 @dataclass(kw_only=True)
@@ -31,6 +30,8 @@ class Solve(Abstaining, Ended, Extending, Surrounding, Observing):
     """the cloud: z up, metres; an npz holds `points` (N, 3) or one `points_<camera>` array a camera"""
     out: Path | None = None
     """folder of the result; results/NAME if not given"""
+    build: bool = True
+    """compile the functions behind it, if they are not, for the plans after this one"""
     report: bool = False
     """write report.html and report.md too, as `sgnlp report` does"""
     explain: bool = False
@@ -47,7 +48,14 @@ class Solve(Abstaining, Ended, Extending, Surrounding, Observing):
         folder = self.out or Path("results") / observation.name
         results.writable(folder)
         if self.report:
-            drawable("skimage")
+            import_module("sgnlp.show.png").drawable("skimage")
+        around = self.surroundings.and_seen(observation).around(self.settings, hand.arm is not None)
+        with compiling.behind(hand, self, around) as behind:
+            return self._run(console, observation, hand, folder, behind)
+
+    def _run(
+        self, console: Console, observation: Observation, hand: Hand, folder: Path, behind: compiling.Behind
+    ) -> int:
         show = not (self.json or self.quiet)
         with bars(console, show) as bar:
             plan = self._plan(observation, hand, bar("solving starts", self.starts).advance)
@@ -60,7 +68,7 @@ class Solve(Abstaining, Ended, Extending, Surrounding, Observing):
             sys.stdout.write(results.json_text(outcome))
         if show:
             made = [results.GRASPS, results.SUMMARY, *results.MOTION[: 1 if plan.motion else 0]]
-            _show(console, plan, outcome, [*(folder / name for name in made), *pages], self)
+            _show(console, plan, outcome, [*(folder / name for name in made), *pages], self, behind)
             for caution in outcome["cautions"]:
                 console.print(Text.assemble(("caution:", "yellow"), f" {caution}"), soft_wrap=True)
             console.print("\n".join(_next(plan, folder)), style="dim", soft_wrap=True)
@@ -91,7 +99,9 @@ class Solve(Abstaining, Ended, Extending, Surrounding, Observing):
         )
 
 
-def _show(console: Console, plan: Plan, summary: dict[str, Any], files: list[Path], asked: Solve) -> None:
+def _show(
+    console: Console, plan: Plan, summary: dict[str, Any], files: list[Path], asked: Solve, behind: compiling.Behind
+) -> None:
     for note in summary["notes"]:
         console.print(note, style="dim")
     for table in tables.tables(plan, summary):
@@ -102,7 +112,7 @@ def _show(console: Console, plan: Plan, summary: dict[str, Any], files: list[Pat
     for line in tables.pose_lines(plan, plan.solutions[0]) if plan.solutions else []:
         console.print(line, soft_wrap=True)
     lacks.tell(console)
-    compiling.offer(console, plan.problem.hand, asked, plan.problem.around)
+    behind.told(console)
     if plan.best:
         console.print(confidence.words(plan.best.confidence), soft_wrap=True)
     for line in plan.motion.told() if plan.motion else ():

@@ -4,7 +4,7 @@ import importlib.metadata
 import platform
 import subprocess
 from contextlib import suppress
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,7 @@ def versions() -> dict[str, str]:
     return {"python": platform.python_version()} | {package: _version(package) for package in PACKAGES}
 
 
-@lru_cache
+@cache
 def _version(package: str) -> str:
     """That of a package as it is installed: read from its files once, which takes milliseconds."""
     try:

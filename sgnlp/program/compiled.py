@@ -5,35 +5,46 @@ the compiler, its flags and the processor. So a warm start builds no graph at al
 give the same bits (`sgnlp.program.codegen`); a result does not depend on which of them ran.
 """
 
+import hashlib
 import json
-from collections.abc import Callable
-from functools import lru_cache
+import lzma
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from functools import lru_cache, partial
 from pathlib import Path
 
 import casadi as ca
 
-from sgnlp.base import toolchain
+from sgnlp.base import toolchain, workshop
 from sgnlp.base.compilers import C
 from sgnlp.base.errors import SolverError
 from sgnlp.hand.hand import Hand
+from sgnlp.hand.library import beside
 from sgnlp.hand.placements import identity
-from sgnlp.program import codegen
+from sgnlp.program import codegen, serialised
 from sgnlp.program.nlp import FUNCTIONS, Nlp, build, frame
 from sgnlp.program.structure import Structure
 
-FLAGS = ("-O1", "-ffp-contract=off")
-"""-O2 compiles twice as long and gains nothing; contraction would change the bits."""
+FLAGS = ("-Og", "-ffp-contract=off")
+"""-O1 compiles half as long again and gains nothing, and without optimising they run three times as long. Contraction
+would change the bits."""
+
+LEVEL = 1
+"""Of zlib, for functions in the cache: a seventh of the size. 6 gives a ninth of it, for twice the time."""
 
 ROOMS = ("base", "perception", "surface", "hand", "program")
 """The rooms that the functions of a program are made of: a change in one of them asks for a new build."""
 
 
 def program(hand: Hand, structure: Structure, compiled: bool = True) -> Nlp:
-    """The program of a hand and structure: compiled if it is wanted and in the cache, else in CasADi's machine."""
+    """The program of a hand and structure: compiled if it is wanted and in the cache, else in CasADi's machine.
+
+    All three ways give the same bits.
+    """
     if structure.inner != structure:
         return structure.formulation.wrap(program(hand, structure.inner, compiled))
-    found = load(hand, structure) if compiled else None
-    return found or build(hand, structure)
+    return (load(hand, structure) or interpreted(hand, structure)) if compiled else build(hand, structure)
 
 
 @lru_cache(maxsize=8)
@@ -53,12 +64,55 @@ def load(hand: Hand, structure: Structure) -> Nlp | None:
     return Nlp(**frame(hand, structure, sizes), **functions)
 
 
+@lru_cache(maxsize=8)
+def interpreted(hand: Hand, structure: Structure) -> Nlp:
+    """The program in CasADi's machine: its functions as the package carries or the cache keeps them, else built."""
+    for content in _contents(hand, structure):
+        if found := serialised.read(content):
+            return Nlp(**frame(structure.of(hand), structure, found[0]), **found[1])
+    return build(hand, structure)
+
+
+def keep(hand: Hand, structure: Structure) -> None:
+    """Put the functions of a program into the cache, unless they are to be had: reading takes a third of building.
+
+    Raises:
+        SolverError: the cache cannot be written.
+        MachineError: there is no room for it.
+    """
+    kept = _kept(hand, structure)
+    if kept is not None and not any(True for _ in _contents(hand, structure)):
+        toolchain.keep(kept, zlib.compress(serialised.written(interpreted(hand, structure.inner)), LEVEL))
+
+
+def file_name(hand: Hand, structure: Structure) -> str | None:
+    """The name of the file in which the package carries the functions of a program.
+
+    It tells by what they were made, as `path` does, but for CasADi: it reads what older versions have written.
+    """
+    key = _key(hand, structure)
+    digest = key and hashlib.sha256("\0".join(key).encode() + _package()).hexdigest()[:16]
+    return f"program-{structure.inner.formulation.name}-{digest}.xz" if digest else None
+
+
+def _contents(hand: Hand, structure: Structure) -> Iterator[bytes]:
+    """What may be the functions of a program, serialised."""
+    name, kept = file_name(hand, structure), _kept(hand, structure)
+    with suppress(zlib.error, lzma.LZMAError, OSError):
+        if name and (carried := beside(name)) is not None:
+            yield lzma.decompress(carried.read_bytes())
+    with suppress(zlib.error):
+        if kept and (content := toolchain.note_of(kept)):
+            yield zlib.decompress(content)
+
+
 def compile_program(
     hand: Hand, structure: Structure, jobs: int = 1, progress: Callable[[int, int], None] = lambda done, total: None
 ) -> Path:
     """Compile a program into the cache, unless it is there, and return its library. It notes the sizes of its rows.
 
-    One process builds and others that want the same wait for it.
+    One process builds and others that want the same wait for it. What a build that was broken off has done is not done
+    again.
 
     Raises:
         SolverError: there is no compiler, it fails, the cache cannot be written, or a part of the program has no
@@ -70,11 +124,13 @@ def compile_program(
         raise SolverError("terms and constraints that come from no file are not compiled")
 
     def make() -> None:
-        nlp = build(hand, structure.inner)
-        sources = {file: text for name in FUNCTIONS for file, text in _sources(name, nlp).items()}
-        toolchain.build(library, sources, FLAGS, jobs, progress, json.dumps(nlp.row_sizes).encode())
+        made = partial(interpreted, hand, structure.inner)
+        parts = {name: partial(_sources, name, made) for name in FUNCTIONS}
+        workshop.build(library, parts, lambda: json.dumps(made().row_sizes).encode(), FLAGS, jobs, progress)
 
     toolchain.once(library, make)
+    if (kept := _kept(hand, structure)) is not None:
+        kept.unlink(missing_ok=True)  # which the library makes superfluous
     load.cache_clear()
     return library
 
@@ -82,6 +138,17 @@ def compile_program(
 def built(library: Path) -> bool:
     """Whether a library is in the cache, as it was built."""
     return toolchain.note_of(library) is not None
+
+
+def share(library: Path) -> float:
+    """The share of a library's files that are compiled, by builds that were broken off too."""
+    return 1.0 if built(library) else workshop.done(library)
+
+
+def instructions(nlp: Nlp) -> int:
+    """How many instructions there are to compile."""
+    functions = (getattr(nlp, name) for name in FUNCTIONS)
+    return sum(f.n_instructions() for f in functions if f.is_a("SXFunction"))
 
 
 def can_compile() -> bool:
@@ -94,17 +161,27 @@ def path(hand: Hand, structure: Structure) -> Path | None:
 
     None if a part of it has no source that is known: it could have changed unnoticed.
     """
-    structure = structure.inner
-    if structure.key is None:
+    parts = _key(hand, structure)
+    if parts is None:
         return None
-    of = structure.of(hand)
-    parts = (_package(), of.digest, structure.key, ca.__version__, identity(of.kinematics, *of.models))
-    key = toolchain.fingerprint(*parts, *FLAGS)
-    return toolchain.cache_folder() / f"program-{structure.formulation.name}-{key}.so"
+    key = toolchain.fingerprint(_package(), *parts, ca.__version__, *FLAGS)
+    return toolchain.cache_folder() / f"program-{structure.inner.formulation.name}-{key}.so"
 
 
-def _sources(name: str, nlp: Nlp) -> dict[str, str]:
-    function = getattr(nlp, name)
+def _key(hand: Hand, structure: Structure) -> tuple[str, ...] | None:
+    """What the functions of a program depend on beside the package; None as in `path`."""
+    of, key = structure.of(hand), structure.inner.key
+    return None if key is None else (of.digest, key, identity(of.kinematics, *of.models))
+
+
+def _kept(hand: Hand, structure: Structure) -> Path | None:
+    """Where the functions of a program lie that are not compiled, as `path`."""
+    library = path(hand, structure)
+    return library and library.with_suffix(".casadi")
+
+
+def _sources(name: str, made: Callable[[], Nlp]) -> dict[str, str]:
+    function = getattr(made(), name)
     if function.is_a("SXFunction"):
         return codegen.sources(function)
     generator = ca.CodeGenerator(f"{name}.c")  # the mapped jets: short

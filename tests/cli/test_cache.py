@@ -13,10 +13,11 @@ from scenes import hand
 from sgnlp.base import toolchain
 from sgnlp.base.presets import PRESETS, ROBUST
 from sgnlp.base.settings import Closing, Settings
-from sgnlp.cli import compiling, run
+from sgnlp.cli import background, compiling, run
 from sgnlp.hand.hand import load_hand
 from sgnlp.planning.additions import NOTHING
 from sgnlp.program import compiled
+from sgnlp.program.around import ALONE
 
 SETTINGS = replace(
     ROBUST, contact=replace(ROBUST.contact, samples=2), solver=replace(ROBUST.solver, formulation="penalty")
@@ -33,9 +34,9 @@ def folder(tmp_path, monkeypatch):
     compiled.load.cache_clear()
 
 
-def asked(settings: Settings, hand: str = "allegro_left") -> SimpleNamespace:
+def asked(settings: Settings, hand: str = "allegro_left", build: bool = True) -> SimpleNamespace:
     """The flags of a command that plans."""
-    return SimpleNamespace(hand=hand, arm=None, settings=settings, with_=None, additions=NOTHING)
+    return SimpleNamespace(hand=hand, arm=None, settings=settings, with_=None, additions=NOTHING, build=build)
 
 
 def test_an_empty_cache_is_shown_and_not_made(folder, capfd):
@@ -95,32 +96,66 @@ def test_without_a_compiler_a_build_ends_with_one_line(folder, capfd, monkeypatc
     assert err.count("\n") == 1
 
 
-def test_a_plan_with_interpreted_functions_names_the_command_that_compiles_them(folder, capfd, monkeypatch):
+def told(capfd, *given: object, **flags: object) -> str:
+    """What a plan of a hand and settings says of its functions, with a work behind it that was broken off."""
+    hand, settings = given
+    with compiling.behind(hand, asked(settings, **flags), ALONE) as behind:
+        behind.told(Console(width=200))
+    return capfd.readouterr().out
+
+
+@pytest.fixture
+def unbuilt(monkeypatch):
+    """No program is built, which would take seconds."""
+    monkeypatch.setattr(compiled, "program", lambda hand, structure: None)
+
+
+def test_a_plan_with_interpreted_functions_names_the_command_that_compiles_them(folder, capfd, monkeypatch, unbuilt):
     settings = replace(ROBUST, spheres="paper", contact=replace(ROBUST.contact, samples=4))
-    console = Console(width=200)
-    compiling.offer(console, hand("paper"), asked(settings))
-    assert "'sgnlp cache --build --contact.samples 4 --spheres paper' compiles them" in capfd.readouterr().out
-    compiling.offer(console, hand("paper"), asked(settings, hand="some/folder"))
-    assert "cache --build --hand some/folder --contact.samples 4 --spheres paper" in capfd.readouterr().out
-    compiling.offer(console, hand("paper"), asked(replace(settings, closing=Closing())))
-    assert "--closing.no-planned --closing.c-freedom 0.0" in capfd.readouterr().out
-    compiling.offer(console, hand(), asked(PRESETS["bilevel-heuristic"]))
-    assert "cache --build --contact.metric closure --contact.heuristic 1.6' compiles" in capfd.readouterr().out
-    compiling.offer(console, hand("paper"), asked(replace(settings, solver=replace(settings.solver, compiled=False))))
-    assert capfd.readouterr().out == ""
+    said = told(capfd, hand("paper"), settings)
+    assert "'sgnlp cache --build --contact.samples 4 --spheres paper' does it at once" in said
+    said = told(capfd, hand("paper"), settings, hand="some/folder")
+    assert "cache --build --hand some/folder --contact.samples 4 --spheres paper" in said
+    assert "--closing.no-planned --closing.c-freedom 0.0" in told(
+        capfd, hand("paper"), replace(settings, closing=Closing())
+    )
+    said = told(capfd, hand(), PRESETS["bilevel-heuristic"])
+    assert "cache --build --contact.metric closure --contact.heuristic 1.6' does" in said
+    assert told(capfd, hand("paper"), replace(settings, solver=replace(settings.solver, compiled=False))) == ""
     monkeypatch.setenv("CC", "no-such-compiler")
-    compiling.offer(console, hand("paper"), asked(settings))
-    assert "twice as long: no C compiler: $CC is" in capfd.readouterr().out
+    assert "twice as long: no C compiler: $CC is" in told(capfd, hand("paper"), settings)
 
 
-def test_on_a_terminal_they_are_compiled_in_the_background(folder, monkeypatch):
-    started = []
-    monkeypatch.setattr(compiling.subprocess, "Popen", lambda command, **rest: started.append((command, rest)))
-    monkeypatch.setattr(compiled, "can_compile", lambda: True)
-    compiling.offer(Console(force_terminal=True), hand("paper"), asked(replace(ROBUST, spheres="paper")))
-    ((command, rest),) = started
-    assert command[1:] == ["-m", "sgnlp", "cache", "--build", "--spheres", "paper"]
-    assert rest["start_new_session"]
+class Recorded:
+    """Work that notes what becomes of it."""
+
+    def __init__(self, do):
+        self.fate = []
+        MADE.append(self)
+
+    def finish(self):
+        self.fate.append("goes on")
+        return True
+
+    def end(self):
+        self.fate.append("ended")
+
+
+MADE: list[Recorded] = []
+
+
+def test_what_compiles_behind_a_plan_ends_with_it_unless_there_is_a_result(folder, capfd, monkeypatch, unbuilt):
+    MADE.clear()
+    monkeypatch.setattr(background, "Work", Recorded)
+    assert "are being compiled, once for all objects" in told(capfd, hand("paper"), replace(ROBUST, spheres="paper"))
+    with (
+        pytest.raises(KeyboardInterrupt),
+        compiling.behind(hand("paper"), asked(replace(ROBUST, spheres="paper")), ALONE),
+    ):
+        raise KeyboardInterrupt
+    assert [work.fate for work in MADE] == [["goes on"], ["ended"]]
+    assert "of them are compiled" in told(capfd, hand("paper"), replace(ROBUST, spheres="paper"), build=False)
+    assert len(MADE) == 2
 
 
 def test_a_build_before_the_starts_is_worth_it_for_many_and_only_where_it_is_wanted_and_can_be_done(

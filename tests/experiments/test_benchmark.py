@@ -376,7 +376,9 @@ while not os.path.exists({str(seen)!r}) and time.monotonic() < end: time.sleep(0
 def test_before_the_first_solve_there_are_import_hand_cloud_surface_and_functions(bench, monkeypatch):
     monkeypatch.setattr(startup, "fresh", lambda task, *given: task(*given))
     names = [row.name for row in startup.rows(bench)]
-    assert names[:3] == ["python -c 'pass'", "python -c 'import sgnlp'", "python -c 'import sgnlp.cli'"]
+    assert names[:3] == [
+        f"python -c '{code}'" for code in ("pass", "import sgnlp.planning.solve", "import sgnlp.cli.solve")
+    ]
     assert names[3:6] == ["load the hand", "load and clean a cloud", "fit the surface"]
     assert names[6:] == ["build the symbolic functions", "ready the solvers, interpreted"]
 

@@ -1,11 +1,14 @@
 """Compiled functions: the same bits as CasADi's machine, one build for every object, found again by its key."""
 
-from dataclasses import replace
+import lzma
+import zlib
+from dataclasses import fields, replace
 from functools import partial
 
 import casadi as ca
 import numpy as np
 import pytest
+from carry import URDF, programs
 from hands import THREE
 from scenes import SMALL, hand
 from test_architecture import MODULE_OF, imported
@@ -14,7 +17,7 @@ from sgnlp.base import toolchain
 from sgnlp.base.errors import SolverError
 from sgnlp.hand.hand import load_hand
 from sgnlp.hand.placements import BACKENDS
-from sgnlp.program import codegen, compiled
+from sgnlp.program import codegen, compiled, serialised
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.constraints import preset_constraints
 from sgnlp.program.formulations import formulation
@@ -62,6 +65,98 @@ def test_every_compiled_function_gives_the_bits_of_casadis_machine(built, name):
         for expected, found in zip(f.call(arguments), g.call(arguments), strict=True):
             assert expected.sparsity() == found.sparsity()
             np.testing.assert_array_equal(np.array(found.nonzeros()), np.array(expected.nonzeros()))
+
+
+@pytest.fixture
+def kept(tmp_path, monkeypatch):
+    """The small program as it is kept in a cache of its own where it is not compiled: the file."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    for known in (compiled.load, compiled.interpreted):
+        known.cache_clear()
+    nlp = build(small(), STRUCTURE)
+    assert compiled.program(small(), STRUCTURE) is nlp
+    compiled.keep(small(), STRUCTURE)
+    compiled.interpreted.cache_clear()
+    yield compiled.path(small(), STRUCTURE).with_suffix(".casadi")
+    for known in (compiled.load, compiled.interpreted):
+        known.cache_clear()
+
+
+def test_functions_that_are_kept_are_those_that_were_built(kept, monkeypatch):
+    nlp = build(small(), STRUCTURE)
+    monkeypatch.setattr(compiled, "build", None)
+    found = compiled.program(small(), STRUCTURE)
+    assert found is not nlp
+    for field in {field.name for field in fields(nlp)} - {*FUNCTIONS, "parameters", "units"}:
+        assert getattr(found, field) == getattr(nlp, field)
+    assert found.parameters.sizes == nlp.parameters.sizes
+    for name in FUNCTIONS:
+        assert getattr(found, name).serialize() == getattr(nlp, name).serialize()
+    compiled.keep(small(), STRUCTURE)
+
+
+def test_what_is_kept_and_damaged_or_not_readable_is_built_again(kept):
+    for content in (kept.read_bytes()[:-1], b""):
+        kept.write_bytes(content)
+        assert compiled.program(small(), STRUCTURE) is build(small(), STRUCTURE)
+        compiled.interpreted.cache_clear()
+    kept.unlink()
+    for text in (b"", b"none", zlib.compress(b"[1]\nno function"), zlib.compress(b"none")):
+        toolchain.keep(kept, text)
+        assert compiled.program(small(), STRUCTURE) is build(small(), STRUCTURE)
+        compiled.interpreted.cache_clear()
+
+
+def test_nothing_is_kept_where_it_cannot_be_found_again_or_is_compiled_without(kept):
+    other = replace(STRUCTURE, terms=(*STRUCTURE.terms, type("Own", (Term,), {})()))
+    compiled.keep(small(), other)
+    assert list(kept.parent.glob("*.casadi")) == [kept]
+    assert compiled.program(small(), STRUCTURE, compiled=False) is build(small(), STRUCTURE)
+
+
+def test_functions_that_the_package_carries_are_found_and_not_kept_again(kept, tmp_path, monkeypatch):
+    nlp, carried = build(small(), STRUCTURE), tmp_path / compiled.file_name(small(), STRUCTURE)
+    kept.unlink()
+    carried.write_bytes(lzma.compress(serialised.written(nlp)))
+    monkeypatch.setattr(compiled, "beside", lambda name: tmp_path / name if (tmp_path / name).exists() else None)
+    compiled.keep(small(), STRUCTURE)
+    assert not kept.exists()
+    with monkeypatch.context() as patched:
+        patched.setattr(compiled, "build", None)
+        assert compiled.program(small(), STRUCTURE).hessian.serialize() == nlp.hessian.serialize()
+    for content in (carried.read_bytes()[:-9], b"", lzma.compress(b"none")):
+        carried.write_bytes(content)
+        compiled.interpreted.cache_clear()
+        assert compiled.program(small(), STRUCTURE) is nlp
+
+
+def test_what_the_package_carries_is_what_is_built():
+    there, wanted = set(URDF.glob("*/program-*.xz")), programs()
+    assert there in (set(), set(wanted)), "not in step: python tests/carry.py"
+    for file in there:
+        _, functions = serialised.read(lzma.decompress(file.read_bytes()))
+        nlp = build(*wanted[file])
+        for name in FUNCTIONS:
+            assert functions[name].serialize() == getattr(nlp, name).serialize(), "not in step: python tests/carry.py"
+
+
+def test_the_name_of_what_is_carried_tells_hands_structures_and_sources_apart(monkeypatch):
+    names = {compiled.file_name(small(), STRUCTURE), compiled.file_name(small(), replace(STRUCTURE, samples=3))}
+    names.add(compiled.file_name(hand(), STRUCTURE))
+    monkeypatch.setattr(ca, "__version__", "0.0.0")
+    monkeypatch.setenv("CC", "true")
+    assert compiled.file_name(small(), STRUCTURE) in names
+    monkeypatch.setattr(compiled, "_package", lambda: b"another")
+    names.add(compiled.file_name(small(), STRUCTURE))
+    assert len(names) == 4
+
+
+@needs_a_compiler
+def test_a_compiled_program_takes_the_place_of_the_kept_one(kept, monkeypatch):
+    monkeypatch.setattr(compiled, "_sources", lambda name, made: {f"{name}.c": f"int {name}(void){{return 0;}}"})
+    library = compiled.compile_program(small(), STRUCTURE)
+    assert library.exists()
+    assert not kept.exists()
 
 
 @needs_a_compiler

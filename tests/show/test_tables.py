@@ -16,6 +16,7 @@ from sgnlp.planning.plan import Plan
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.violations import Violation
 from sgnlp.show import tables as report
+from sgnlp.show import trials
 from sgnlp.show.columns import Table
 from sgnlp.simulation import Command
 from sgnlp.simulation.judge import judge
@@ -182,7 +183,7 @@ def closed(**changes: object) -> list[str]:
         rotation_eq=np.eye(3),
         translation_eq=np.add(REST.translation, [0.0, 0.003, 0.004]),
     )
-    return report.closing_lines(judge(Played(**changes), planned))
+    return trials.closing_lines(judge(Played(**changes), planned))
 
 
 def test_a_closing_is_told_in_words():

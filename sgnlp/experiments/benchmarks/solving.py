@@ -93,7 +93,7 @@ def whole(bench: Bench) -> Iterator[Row]:
         cold = []
         for i in range(bench.repeats):
             with cache(folder / f"empty{i}"):
-                cold.append(clock(run))
+                cold.append(clock(partial(command, [*arguments, "--no-build"])))  # nothing runs on beside the next
         size = f"{bench.starts} starts, {bench.jobs} jobs"
         yield timing("sgnlp solve, cold", "s", cold, f"{size}, empty cache: interpreted")
         bench.ready()

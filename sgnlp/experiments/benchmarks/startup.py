@@ -18,7 +18,7 @@ from sgnlp.program.nlp import build
 
 def rows(bench: Bench) -> Iterator[Row]:
     """Times to import, to load, to fit and to build."""
-    for code in ("pass", "import sgnlp", "import sgnlp.cli"):
+    for code in ("pass", "import sgnlp.planning.solve", "import sgnlp.cli.solve"):
         yield timing(f"python -c '{code}'", "s", cold_times(partial(python, code), bench.repeats), "fresh process")
     alone = replace(bench)  # a copy without anything loaded
     yield timing("load the hand", "ms", [fresh(timed, alone, "hand") for _ in range(bench.repeats)], "fresh process")
@@ -44,7 +44,7 @@ def _functions(bench: Bench) -> Iterator[Row]:
                     compiling.append(fresh(timed, bench, "compile"))
                     ready.append(fresh(timed, bench, "ready"))
     yield timing("build the symbolic functions", "s", building, "fresh process")
-    yield timing("ready the solvers, interpreted", "s", interpreted, "fresh process, empty cache; builds the functions")
+    yield timing("ready the solvers, interpreted", "s", interpreted, "fresh process, empty cache")
     if bench.compiles:
         yield timing("compile the functions", "s", compiling, f"fresh process, {bench.jobs} jobs, builds them too")
         yield timing("ready the solvers, compiled", "s", ready, "fresh process, filled cache")

@@ -42,9 +42,14 @@ def packaged(package: str, path: str) -> Path | None:
     for prefix in prefixes:
         if (shared := Path(prefix) / "share" / package / path).is_file():
             return shared
-    try:
-        files = importlib.metadata.files(package) or []
-    except (importlib.metadata.PackageNotFoundError, ValueError):
-        return None
-    found = (Path(str(f.locate())) for f in files if str(f).endswith(f"{package}/{path}"))
+    found = (Path(str(f.locate())) for f in _files(package) if str(f).endswith(f"{package}/{path}"))
     return next((file for file in found if file.is_file()), None)
+
+
+@functools.cache
+def _files(package: str) -> list[importlib.metadata.PackagePath]:
+    """The files of a package of pip, thousands of them; none if there is no such package."""
+    try:
+        return importlib.metadata.files(package) or []
+    except (importlib.metadata.PackageNotFoundError, ValueError):
+        return []

@@ -1,0 +1,88 @@
+"""Work behind a command, in a process of the lowest priority that ends with it, or soon after.
+
+It ends with the command, however that ends, by an error, Ctrl-C or a kill; unless the command has its result and the
+work says that it is nearly done. Its children end with it. What it has done until then is its own business.
+"""
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from multiprocessing.sharedctypes import RawValue
+from typing import Any
+
+NICE = 19
+"""It runs where nothing else would."""
+NEARLY = 20.0
+"""Work that says it needs no more than this outlives the command [s], by this much again at most."""
+GO_ON = b"g"
+
+Left = Callable[[float], None]
+"""Says how much time is left [s]."""
+
+
+class Work:
+    """Work in a process of its own."""
+
+    def __init__(self, do: Callable[[Left], None]):
+        self._left: Any = RawValue("d", float("inf"))
+        ours, self._line = os.pipe()
+        self._process = os.fork()
+        if self._process == 0:
+            os.close(self._line)
+            _child(ours, do, self._left)
+        os.close(ours)
+        with suppress(OSError):  # it has done so itself
+            os.setpgid(self._process, self._process)
+
+    def finish(self) -> bool:
+        """Let it go on if it is nearly done, else end it; whether it goes on or has done all."""
+        ended, status = os.waitpid(self._process, os.WNOHANG)
+        if ended:
+            os.close(self._line)
+            return status == 0
+        if self._left.value > NEARLY:
+            self.end()
+            return False
+        os.write(self._line, GO_ON)
+        os.close(self._line)
+        return True
+
+    def end(self) -> None:
+        """End it and its children."""
+        with suppress(OSError):
+            os.killpg(self._process, signal.SIGKILL)
+        with suppress(OSError):
+            os.waitpid(self._process, 0)
+        os.close(self._line)
+
+
+def _child(line: int, do: Callable[[Left], None], left: Any) -> None:
+    """The process: in a group of its own, which Ctrl-C at a terminal does not reach, and silent. It never returns."""
+    code = 1
+    try:
+        os.setpgid(0, 0)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        os.nice(NICE)
+        nothing = os.open(os.devnull, os.O_RDWR)
+        for stream in (0, 1, 2):
+            os.dup2(nothing, stream)
+        threading.Thread(target=_watch, args=(line,), daemon=True).start()
+
+        def tell(seconds: float) -> None:
+            left.value = seconds
+
+        do(tell)
+        code = 0
+    finally:
+        os._exit(code)
+
+
+def _watch(line: int) -> None:
+    """End the process and its children when the command has ended without a word, or a while after its word."""
+    if os.read(line, 1) == GO_ON:
+        time.sleep(2 * NEARLY)
+    os.killpg(0, signal.SIGKILL)
