@@ -45,7 +45,12 @@ EXACT = 1e-12
 
 def function(model: pin.Model) -> ca.Function | None:
     """The function of a model, carried or from the cache; None if there is none that can be read and agrees."""
-    return next((found for text in _texts(model) if (found := _read(text, model)) is not None), None)
+    return _found(model)[1]
+
+
+def text(model: pin.Model) -> str:
+    """The text of the function of a model, the same for every version of CasADi that reads it; "" if there is none."""
+    return _found(model)[0]
 
 
 def lack(model: pin.Model) -> str:
@@ -130,6 +135,12 @@ def _texts(model: pin.Model) -> Iterator[str]:
         yield carried.read_text(encoding="utf-8")
     if kept := toolchain.note_of(_kept(model)):
         yield kept.decode()
+
+
+def _found(model: pin.Model) -> tuple[str, ca.Function | None]:
+    """The first text that is the function of a model, and the function."""
+    read = ((text, _read(text, model)) for text in _texts(model))
+    return next(((text, found) for text, found in read if found is not None), ("", None))
 
 
 def _kept(model: pin.Model) -> Path:

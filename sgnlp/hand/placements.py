@@ -72,7 +72,7 @@ def identity(using: Backend, *models: pin.Model) -> str:
         InputError: the functions of the models have gone.
     """
     if using == "pinocchio (compiled)":
-        return using + "".join(_function(model).serialize() for model in models)
+        return using + "".join(_text(model) for model in models)
     return f"{using} {pin.__version__}"
 
 
@@ -98,6 +98,13 @@ def _from_function(model: pin.Model, angles: ca.SX) -> Chain:
 def _function(model: pin.Model) -> ca.Function:
     found = placement_functions.function(model)
     if found is None:
+        raise _unusable("pinocchio (compiled)", placement_functions.lack(model))
+    return found
+
+
+def _text(model: pin.Model) -> str:
+    found = placement_functions.text(model)
+    if not found:
         raise _unusable("pinocchio (compiled)", placement_functions.lack(model))
     return found
 
