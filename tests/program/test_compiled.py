@@ -134,10 +134,22 @@ def test_what_the_package_carries_is_what_is_built():
     there, wanted = set(URDF.glob("*/program-*.xz")), programs()
     assert there in (set(), set(wanted)), "not in step: python tests/carry.py"
     for file in there:
-        _, functions = serialised.read(lzma.decompress(file.read_bytes()))
+        sizes, functions = serialised.read(lzma.decompress(file.read_bytes()))
         nlp = build(*wanted[file])
+        assert sizes == nlp.row_sizes
         for name in FUNCTIONS:
-            assert functions[name].serialize() == getattr(nlp, name).serialize(), "not in step: python tests/carry.py"
+            assert_same(functions[name], getattr(nlp, name))
+
+
+def assert_same(found: ca.Function, expected: ca.Function):
+    """Two functions are one, but for constants that differ by as much as one machine's sine and another's."""
+    assert found.n_instructions() == pytest.approx(expected.n_instructions(), rel=0.01)
+    rng = np.random.default_rng(0)
+    given = [rng.uniform(0.1, 1.0, found.size_in(i)) for i in range(found.n_in())]
+    for one, other in zip(found.call(given), expected.call(given), strict=True):
+        assert one.sparsity() == other.sparsity()
+        values = np.array(other.nonzeros())
+        np.testing.assert_allclose(one.nonzeros(), values, rtol=1e-7, atol=1e-9 * np.abs(values).max(initial=0.0))
 
 
 def test_the_name_of_what_is_carried_tells_hands_structures_and_sources_apart(monkeypatch):
