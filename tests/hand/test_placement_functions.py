@@ -3,6 +3,7 @@
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -24,7 +25,8 @@ WALK = BACKENDS[-1]
 needs_cpp = pytest.mark.skipif(bool(functions.fault()), reason=functions.fault())
 
 
-def models() -> list[pytest.ParameterSet]:
+def models() -> list[Any]:
+    """Each as a parameter of its name."""
     return [pytest.param(model, id=name) for name, model in shipped().items()]
 
 
