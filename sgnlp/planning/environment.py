@@ -4,7 +4,7 @@ import importlib.metadata
 import platform
 import subprocess
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -37,16 +37,19 @@ def _version(package: str) -> str:
         return "missing"
 
 
-def commit() -> str:
-    """The commit of the code that runs, with "+ changes" if its files differ from it; "none" outside a checkout."""
+def commit(checkout: Path | None = None) -> str:
+    """The commit of a checkout, with "+ changes" if its files differ from it; "none" where there is none.
+
+    If none is named, it is that of the code that runs.
+    """
+    git = partial(_git, checkout or Path(__file__).parents[2])
     try:
-        return _git("rev-parse", "HEAD") + (" + changes" if _git("status", "--porcelain", "-uno", "--", *CODE) else "")
+        return git("rev-parse", "HEAD") + (" + changes" if git("status", "--porcelain", "-uno", "--", *CODE) else "")
     except (OSError, subprocess.CalledProcessError):
         return "none"
 
 
-def _git(*arguments: str) -> str:
-    folder = Path(__file__).parents[2]
+def _git(folder: Path, *arguments: str) -> str:
     done = subprocess.run(["git", *arguments], cwd=folder, capture_output=True, check=True, encoding="utf-8")
     return done.stdout.strip()
 

@@ -27,6 +27,7 @@ from sgnlp.experiments.benchmarks import (
     TARGETS,
     TARGETS_MET,
     cluster,
+    earlier,
     growth,
     measure,
     processes,
@@ -166,14 +167,14 @@ def test_targets_are_judged_by_the_median_and_stand_first():
     assert list(tables) == [TARGETS_MET, "how long?"]
     assert [(line["what"], line["target"], line["met"]) for line in tables[TARGETS_MET]] == [
         ("a start", "0.12", "yes"),
-        ("an iteration", "1", "no"),
+        ("an iteration", "0.9", "no"),
     ]
 
 
 def test_every_target_is_of_something_that_is_measured(bench, monkeypatch):
     made_up(monkeypatch, solves=iter(7 * [(10, 1.0, 0.5)]))
     measured = {row.name for section in (solving.solves, oracle_rows) for row in section(replace(bench, starts=7))}
-    elsewhere = ("sgnlp solve,", "sgnlp batch,", replanning.STEP, cluster.LOST)
+    elsewhere = ("sgnlp solve,", "sgnlp batch,", "compile the functions", replanning.STEP, cluster.LOST)
     assert {name for name in TARGETS if not name.startswith(elsewhere)} <= measured
 
 
@@ -426,6 +427,33 @@ def test_the_clouds_of_a_stream_move_on_by_the_same_step_each_with_its_own_noise
     assert len({cloud.digest for cloud in clouds}) == len(clouds)
 
 
+def test_the_earlier_version_is_measured_in_pairs_with_a_cache_of_its_own(bench, tmp_path, monkeypatch):
+    (tmp_path / "old").mkdir()
+    called = []
+
+    def commanded(arguments, version=None):
+        called.append((arguments[0], version, Path(os.environ["XDG_CACHE_HOME"]).name))
+
+    walls = iter([3.0, 1.0, 6.0, 3.0] * 2)
+    monkeypatch.setattr(earlier, "command", commanded)
+    monkeypatch.setattr(earlier, "clock", lambda task: task() or Time(next(walls), 0.0))
+    bench = replace(bench, earlier=tmp_path / "old", repeats=2, settings=ROBUST)
+    rows = {row.name: row for row in earlier.rows(bench)}
+    assert [row.median for row in rows.values()] == [3.0, 1.0, pytest.approx(1 / 3), 6.0, 3.0, 0.5]
+    old = tmp_path / "old"
+    pair = [("solve", old, "then"), ("solve", None, "now")]
+    assert called[:2] == [("cache", old, "then"), ("cache", None, "now")]
+    assert called[2:6] == [*pair, ("solve", old, "empty then 0"), ("solve", None, "empty now 0")]
+    assert not list(earlier.rows(replace(bench, earlier=None)))
+
+
+def test_a_command_of_another_version_runs_in_its_checkout(tmp_path):
+    (tmp_path / "sgnlp").mkdir()
+    (tmp_path / "sgnlp" / "cli.py").write_text("def main(): open('was_here', 'w').close()", encoding="utf-8")
+    processes.command([], tmp_path)
+    assert (tmp_path / "was_here").exists()
+
+
 def spans(*of: tuple[int, float, float]) -> list[cluster.Span]:
     """Spans of two seconds of CPU time each: process, begin and end."""
     return [cluster.Span(process, begin, end, 2.0) for process, begin, end in of]
@@ -548,6 +576,7 @@ def test_what_was_measured_before_an_interrupt_is_kept(cloud, quick, monkeypatch
         ((), "no cloud is named"),
         (("one.npz", "--repeats", 0), "--repeats must be positive"),
         (("one.npz", "--hand", "nope"), "unknown hand"),
+        (("one.npz", "--earlier", "nowhere"), "there is no checkout of sgnlp in 'nowhere'"),
     ],
 )
 def test_bad_input_is_told_before_any_measurement(arguments, message, cloud, quick, capfd):

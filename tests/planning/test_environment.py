@@ -32,7 +32,7 @@ def test_a_package_that_is_not_installed_is_missing(monkeypatch):
 
 def test_the_commit_is_that_of_the_checkout_and_says_whether_files_differ(monkeypatch):
     answers = {"rev-parse": "f" * 40, "status": ""}
-    monkeypatch.setattr(environment, "_git", lambda verb, *_: answers[verb])
+    monkeypatch.setattr(environment, "_git", lambda folder, verb, *_: answers[verb])
     assert environment.commit() == "f" * 40
     answers["status"] = " M sgnlp/planning/ipopt.py"
     assert environment.commit() == "f" * 40 + " + changes"

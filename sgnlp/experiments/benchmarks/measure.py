@@ -14,6 +14,7 @@ from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation, load
 from sgnlp.planning.additions import NOTHING, Additions
+from sgnlp.planning.environment import commit
 from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.program.compiled import can_compile, compile_program
 from sgnlp.program.formulations.penalty import Penalty
@@ -23,6 +24,8 @@ T = TypeVar("T")
 
 LEAST = 0.02
 """A warm task is repeated within one measurement until it takes this long [s], a thousand times a clock's tick."""
+SHORT = 8
+"""Digits of a commit that tell it from others."""
 UNITS = {"s": 1.0, "ms": 1e3, "µs": 1e6}  # units of time in a second
 
 
@@ -39,6 +42,8 @@ class Bench:
     jobs: int
     repeats: int
     objects: int = 1000
+    earlier: Path | None = None
+    """A checkout of an earlier version."""
 
     @cached_property
     def hand(self) -> Hand:
@@ -54,6 +59,11 @@ class Bench:
     def problems(self) -> list[Problem]:
         """The problem of each file."""
         return [build_problem(observation, self.hand, self.settings, self.seed) for observation in self.observations]
+
+    @property
+    def earlier_commit(self) -> str:
+        """Of the earlier version, in short."""
+        return commit(self.earlier)[:SHORT] if self.earlier else ""
 
     @property
     def structures(self) -> list[Structure]:

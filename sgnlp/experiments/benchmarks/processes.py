@@ -34,9 +34,13 @@ def python(code: str) -> None:
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
 
 
-def command(arguments: Sequence[str]) -> None:
-    """Run the command `sgnlp`; a plan without a feasible grasp is one too."""
-    done = subprocess.run([*COMMAND, *arguments], capture_output=True, encoding="utf-8")
+def command(arguments: Sequence[str], version: Path | None = None) -> None:
+    """Run the command `sgnlp`, of another version if its checkout is named.
+
+    A plan without a feasible grasp is one too.
+    """
+    environment = os.environ | ({"PYTHONPATH": str(version)} if version else {})
+    done = subprocess.run([*COMMAND, *arguments], capture_output=True, encoding="utf-8", cwd=version, env=environment)
     _check(done.returncode, done.stderr)
 
 

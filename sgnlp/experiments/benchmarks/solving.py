@@ -105,6 +105,10 @@ def whole(bench: Bench) -> Iterator[Row]:
 
 def flags(bench: Bench) -> list[str]:
     """The flags of `sgnlp solve` for what is measured."""
-    words = ["--preset", bench.preset, "--hand", bench.hand_name, "--starts", str(bench.starts)]
-    words += ["--seed", str(bench.seed), "--jobs", str(bench.jobs)]
-    return words + list(differences(asdict(preset(bench.preset)), asdict(bench.settings)))
+    return [*chosen(bench), "--starts", str(bench.starts), "--seed", str(bench.seed), "--jobs", str(bench.jobs)]
+
+
+def chosen(bench: Bench) -> list[str]:
+    """The flags of hand and settings, which `sgnlp cache` has too."""
+    changed = differences(asdict(preset(bench.preset)), asdict(bench.settings))
+    return ["--preset", bench.preset, "--hand", bench.hand_name, *changed]

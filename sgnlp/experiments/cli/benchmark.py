@@ -30,6 +30,7 @@ Section = Literal[
     "objects",
     "many",
     "cluster",
+    "earlier",
 ]
 PROBLEMS = Path("problems")  # where the clouds are if none is named
 
@@ -48,6 +49,8 @@ class Benchmark(Starting):
     """objects of the section many, made of the clouds by turning and scaling them"""
     jobs: Annotated[int, POSITIVE] = 2
     """worker processes where there is more than one"""
+    earlier: Path | None = None
+    """a checkout of an earlier version, for the section of that name"""
     out: Path = field(default_factory=lambda: Path("results") / "benchmark")
     """folder of the results"""
 
@@ -57,7 +60,10 @@ class Benchmark(Starting):
         if not files:
             raise InputError(f"no cloud is named, and there is none in '{PROBLEMS}'")
         numbers = {name: getattr(self, name) for name in ("starts", "seed", "jobs", "repeats", "objects")}
-        bench = Bench(files, self.hand, self.preset, self.settings, **numbers)
+        if self.earlier and not (self.earlier / "sgnlp" / "cli").is_dir():
+            raise InputError(f"--earlier: there is no checkout of sgnlp in '{self.earlier}'")
+        before = self.earlier and self.earlier.resolve()
+        bench = Bench(files, self.hand, self.preset, self.settings, **numbers, earlier=before)
         how = self._made(bench)
         results.writable(self.out)
         results.write_text(self.out / "made.json", results.json_text(how))
@@ -81,7 +87,7 @@ class Benchmark(Starting):
     def _made(self, bench: Bench) -> dict[str, Any]:
         numbers = ("sections", "repeats", "objects", "starts", "seed", "jobs")
         study = {name: getattr(self, name) for name in numbers}
-        study |= {"hand": bench.hand.name, "settings": asdict(self.settings)}
+        study |= {"earlier": bench.earlier_commit, "hand": bench.hand.name, "settings": asdict(self.settings)}
         inputs = {observation.name: observation.digest for observation in bench.observations}
         how = made(study=study, inputs=inputs, functions="compiled C" if bench.compiles else "interpreted")
         how["machine"] |= {"processors": os.cpu_count(), "load before": os.getloadavg()}
