@@ -316,6 +316,16 @@ def test_many_objects_are_the_given_ones_turned_and_scaled_on_their_table(bench,
     assert growth.SIZES[0] < min(sizes) < max(sizes) < growth.SIZES[1]
 
 
+def test_the_cameras_of_many_objects_turn_along_with_them(bench, tmp_path):
+    seen = sgnlp.load(Path(__file__).parents[2] / "problems" / "mug_0.npz")
+    (file,) = growth.variations([seen], 1, 1, tmp_path)
+    with np.load(file) as made:
+        far = np.linalg.norm(made["camera_positions"][made["view"]] - made["points"], axis=1)
+        scale = np.ptp(made["points"][:, 2]) / np.ptp(seen.points[:, 2])
+    np.testing.assert_allclose(far, scale * np.linalg.norm(seen.camera_positions[seen.view] - seen.points, axis=1))
+    assert sgnlp.load(file).camera_positions.shape == seen.camera_positions.shape
+
+
 def test_the_course_of_the_memory_is_told_early_without_the_start_and_late():
     assert growth.parts(list(range(10))) == {"early": [2, 3], "late": [8, 9]}
     assert growth.parts([7.0]) == {"early": [7.0], "late": [7.0]}

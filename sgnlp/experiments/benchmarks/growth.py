@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from sgnlp.base.settings import Settings
 from sgnlp.experiments.benchmarks.measure import Bench, Row, clocked, cold_times, spread, timing, warm_times
 from sgnlp.experiments.benchmarks.oracle import call, scene
 from sgnlp.experiments.benchmarks.processes import memory_course
@@ -20,7 +21,7 @@ from sgnlp.planning.problem import build_problem
 from sgnlp.planning.results import read_rows
 from sgnlp.planning.starts import starts
 
-SURFACE_POINTS = (100, 200, 500, 1000)  # settings of `gpis.surface_points`
+SURFACE_POINTS = (100, 200, 500, 1000)  # on the surface
 STARTS = (1, 7, 28)  # numbers of starts
 SIZES = (0.85, 1.15)  # factors between which a cloud is scaled, so that it is another object of nearly the same size
 LOOKING = 1.0  # time between two samples of the memory of a batch [s]
@@ -31,7 +32,7 @@ PART = 5
 def points(bench: Bench) -> Iterator[Row]:
     """Fit, Hessian and a start of the first object with more and more training points."""
     for count in SURFACE_POINTS:
-        settings = replace(bench.settings, gpis=replace(bench.settings.gpis, surface_points=count))
+        settings = with_points(bench.settings, count)
         fit = partial(build_problem, bench.observations[0], bench.hand, settings, bench.seed)
         problem = fit()
         size = f"N = {len(problem.gpis.X)}"
@@ -43,6 +44,17 @@ def points(bench: Bench) -> Iterator[Row]:
             ended = [clocked(partial(planner.solve, start)) for _ in range(bench.repeats)]
         iterations = ended[0][0].iterations
         yield timing(f"{size}: a start", "s", [time for _, time in ended], f"the first; {iterations} iterations")
+
+
+def with_points(settings: Settings, surface: int, interior: int | None = None) -> Settings:
+    """Settings with so many points on the surface, and inside if that is told, where the surface is fitted with them.
+
+    With free space it has points of its own on the surface and none inside.
+    """
+    if settings.free_space.used:
+        return replace(settings, free_space=replace(settings.free_space, surface_points=surface))
+    inside = settings.gpis.interior_points if interior is None else interior
+    return replace(settings, gpis=replace(settings.gpis, surface_points=surface, interior_points=inside))
 
 
 def count_starts(bench: Bench) -> Iterator[Row]:
@@ -77,16 +89,21 @@ def many(bench: Bench) -> Iterator[Row]:
 
 
 def variations(observations: Sequence[Observation], count: int, seed: int, folder: Path) -> list[Path]:
-    """Files of clouds taken in turn, each turned about the vertical and scaled, on the table where it stood."""
+    """Files of clouds taken in turn, each turned about the vertical and scaled, on the table where it stood.
+
+    What the cameras saw past the object turns along, so that free space is known as it was.
+    """
     rng, files = np.random.default_rng(seed), []
     for i in range(count):
         seen = observations[i % len(observations)]
         angle, size = rng.uniform(0, 2 * np.pi), rng.uniform(*SIZES)
         R = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
         foot = np.append(seen.points[:, :2].mean(axis=0), seen.table_height)
-        points = foot + size * (seen.points - foot) @ R.T
+        cameras = {"camera_positions": seen.camera_positions} if seen.camera_positions is not None else {}
+        placed = {"points": seen.points, **cameras}
+        moved = {name: foot + size * (values - foot) @ R.T for name, values in placed.items()}
         files.append(folder / f"{seen.name}-{i}.npz")
-        np.savez(files[-1], points=points, table_height=seen.table_height)
+        np.savez(files[-1], **moved, view=seen.view, table_height=seen.table_height)
     return files
 
 

@@ -6,6 +6,7 @@ from functools import partial
 
 from threadpoolctl import threadpool_limits
 
+from sgnlp.experiments.benchmarks.growth import with_points
 from sgnlp.experiments.benchmarks.measure import Bench, Row, clocked, spread, timing, warm_times
 from sgnlp.experiments.benchmarks.oracle import call, scene
 from sgnlp.experiments.benchmarks.plain import plain_hessian
@@ -71,8 +72,8 @@ def _descent(planner: Planner, start: Start, optimiser: str) -> Descent:
 
 
 def _plain(bench: Bench) -> Iterator[Row]:
-    gpis = replace(bench.settings.gpis, surface_points=PLAIN_POINTS, interior_points=PLAIN_POINTS)
-    problem = build_problem(bench.observations[0], bench.hand, replace(bench.settings, gpis=gpis), bench.seed)
+    settings = with_points(bench.settings, PLAIN_POINTS, PLAIN_POINTS)
+    problem = build_problem(bench.observations[0], bench.hand, settings, bench.seed)
     joined, x, p = scene(problem, bench.seed)
     hessian, built = clocked(partial(plain_hessian, problem.hand, joined.nlp.structure, problem.gpis))
     size = f"N = {len(problem.gpis.X)}"
