@@ -47,14 +47,10 @@ def points(bench: Bench) -> Iterator[Row]:
 
 
 def with_points(settings: Settings, surface: int, interior: int | None = None) -> Settings:
-    """Settings with so many points on the surface, and inside if that is told, where the surface is fitted with them.
-
-    With free space it has points of its own on the surface and none inside.
-    """
-    if settings.free_space.used:
-        return replace(settings, free_space=replace(settings.free_space, surface_points=surface))
+    """Settings with so many points on the surface, and inside if that is told: with free space and without."""
     inside = settings.gpis.interior_points if interior is None else interior
-    return replace(settings, gpis=replace(settings.gpis, surface_points=surface, interior_points=inside))
+    gpis = replace(settings.gpis, surface_points=surface, interior_points=inside)
+    return replace(settings, gpis=gpis, free_space=replace(settings.free_space, surface_points=surface))
 
 
 def count_starts(bench: Bench) -> Iterator[Row]:
