@@ -104,6 +104,9 @@ def _pixels(path: Path, suffixes: tuple[str, ...]) -> tuple[Any, str, Any]:
     try:
         with warnings.catch_warnings(action="ignore"), Image.open(path, formats=FORMATS) as picture:
             palette = picture.getpalette("RGB") if picture.mode == "P" else None
-            return np.asarray(picture), picture.mode, None if palette is None else np.reshape(palette, (-1, 3))
+            pixels = np.asarray(picture)
+            if picture.format == "PNG" and pixels.dtype == np.int32:  # a PNG has 16 bits; Pillow 10 reads them into 32
+                pixels = pixels.astype(np.uint16)
+            return pixels, picture.mode, None if palette is None else np.reshape(palette, (-1, 3))
     except Exception as error:  # a damaged file can raise almost anything
         raise InputError(f"is a damaged {path.suffix} file, or none: {error}") from error
