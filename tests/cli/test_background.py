@@ -18,7 +18,8 @@ from sgnlp.cli.background import Work
 from sgnlp.program import compiled
 
 WORKING = """
-import pathlib, subprocess, sys, time
+import pathlib, signal, subprocess, sys, time
+signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell starts in the background ignores it
 sys.path[:0] = {path!r}
 from sgnlp.cli import background
 background.NEARLY = {nearly}
