@@ -15,7 +15,7 @@ import pinocchio as pin
 from sgnlp.base.arrays import Array
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.model import places
-from sgnlp.hand.placements import Backend, Chain, constant, placements
+from sgnlp.hand.placements import Backend, Chain, constant, motion_subspace, placements
 
 SERIES_TERMS = 16
 """Terms of the power series in θ². The remainder is under 1e-16 for |θ| ≤ 4 in the value and two derivatives."""
@@ -71,9 +71,7 @@ def axes(model: pin.Model, chain: Chain) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Along, about and the pivots (J, 3) of all joints as in `Frames`, in the frame of the model's root."""
     along, about, pivots = ca.SX(0, 3), ca.SX(0, 3), ca.SX(0, 3)
     for joint in range(1, model.njoints):
-        data = model.joints[joint].createData()
-        model.joints[joint].calc(data, np.zeros(model.nq))
-        linear, angular = np.split(np.asarray(data.S).ravel(), 2)  # its motion subspace, the same at every angle
+        linear, angular = np.split(motion_subspace(model, joint), 2)
         rotation, pivot = chain[joint]
         along = ca.vertcat(along, ca.mtimes(rotation, constant(linear)).T)
         about = ca.vertcat(about, ca.mtimes(rotation, constant(angular)).T)

@@ -76,6 +76,16 @@ def identity(using: Backend, *models: pin.Model) -> str:
     return f"{using} {pin.__version__}"
 
 
+def motion_subspace(model: pin.Model, joint: int) -> Array:
+    """The motion subspace (6,) of a joint with one coordinate, linear part first, the same at every angle.
+
+    That of a joint that mimics another is as long as the multiplier.
+    """
+    data = model.joints[joint].createData()
+    model.joints[joint].calc(data, np.zeros(model.nq))
+    return np.asarray(data.S).ravel()
+
+
 def constant(values: Array) -> ca.SX:
     """A constant whose zeros are structural, so that products with it cost nothing."""
     return ca.sparsify(ca.SX(np.asarray(values, float)))
@@ -131,9 +141,7 @@ def _motion(model: pin.Model, joint: int, q: ca.SX) -> tuple[ca.SX, ca.SX]:
 
     q is its coordinate, or that of the joint which it mimics.
     """
-    data = model.joints[joint].createData()
-    model.joints[joint].calc(data, np.zeros(model.nq))
-    subspace = np.asarray(data.S).ravel()  # (6,) linear, angular
+    subspace = motion_subspace(model, joint)
     if model.joints[joint].nq == 0:
         mimic = model.joints[joint].extract()
         subspace, q = subspace / mimic.scaling, mimic.scaling * q + mimic.offset

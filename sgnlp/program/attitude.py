@@ -11,6 +11,7 @@ import casadi as ca
 
 from sgnlp.program import equilibrium
 from sgnlp.program.lifting import Lifting
+from sgnlp.program.motion import swing
 
 
 def attitude(B: ca.SX, lifting: Lifting) -> tuple[ca.SX, ca.SX]:
@@ -24,8 +25,7 @@ def attitude(B: ca.SX, lifting: Lifting) -> tuple[ca.SX, ca.SX]:
     first = lifting.displacement("turn_first", -inverse @ _axial(change))
     W = ca.skew(first)
     turn = lifting.displacement("turn_eq", first - inverse @ _axial(W @ change + W @ W @ shape / 2), late=True)
-    W = ca.skew(turn)
-    turned = lifting.lift("rotation", R, held + W @ held + W @ W @ held / 2)
+    turned = lifting.lift("rotation", R, held + swing(turn, held))
     return turned, stiffness(turned, B, lifting, rho)
 
 

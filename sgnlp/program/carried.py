@@ -89,8 +89,8 @@ class ArmModel:
         radii = np.array([sphere.radius for sphere in arm.spheres])
         first, second = [i for i, _ in arm.pairs], [j for _, j in arm.pairs]
         far, near = far_spheres(arm), near_spheres(self._hand)
-        ahead, up = self._wrist.rotation @ ca.SX(self._hand.palm), ca.vertcat(0, 0, par.lift)
-        ahead = self._lifting.lift("ahead", ahead, self._root.swing(self._lifting.constant("palm", ahead)))
+        ahead = self._root.direction("ahead", self._wrist.rotation @ ca.SX(self._hand.palm), self._lifting)
+        up = ca.vertcat(0, 0, par.lift)
         goals = [self._centre + by for by in (ca.SX(3, 1), -par.standoff * ahead, up)]
         errors = [self._error(place, goal) for place, goal in zip(self._places, goals, strict=True)]
         palm = self._palm

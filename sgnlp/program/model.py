@@ -53,13 +53,13 @@ class Model:
         self._p = lifting.lift("contacts", targets + c * (self._a - targets), late=True)
         along = np.linspace(0.0, 1.0, K)  # from the pregrasp tip to the target
         path = ca.vertcat(*[t * targets[i, :] + (1 - t) * self._a[i, :] for i in range(m) for t in along])
-        self._contact, self._planned, angles = here, at.joints, par.joints + self._v[6:]
+        self._contact, self._planned, at_contact, angles = here, at.joints, frames, par.joints + self._v[6:]
         if at.joints:
             angles = lifting.x[first + m * at.c : first + m * at.c + n]
-            frames_contact = forward(hand, par.wrist, par.joints, ca.vertcat(self._v[:6], angles - par.joints))
+            at_contact = forward(hand, par.wrist, par.joints, ca.vertcat(self._v[:6], angles - par.joints))
             turns = lifting.displacement("turns_contact", angles)
-            self._contact = self._place(hand, frames_contact, turns, lifting)
-        self._angles = angles
+            self._contact = self._place(hand, at_contact, turns, lifting)
+        self._angles, self._torques = angles, TipTorques(hand, at_contact, turns, lifting)
         self.layout = layout(hand, structure)
         self.jets = self.layout.symbols()
         self.pads = par.foot * par.pad * hand.tip_radii
@@ -92,7 +92,7 @@ class Model:
         lifted = motion.points("spheres", frames.spheres[links, :], [hand.spheres[i].link for i in links])
         rows = {i: lifted[j, :] for j, i in enumerate(links)} | {i: tips[j, :] for j, i in enumerate(hand.tip_spheres)}
         spheres = ca.vertcat(*[rows[i] for i in range(len(hand.spheres))])
-        return _Placed(fixed, tips, spheres, TipTorques(hand, frames, turns, lifting))
+        return _Placed(fixed, tips, spheres)
 
     def _surround(
         self, hand: Hand, structure: Structure, lifting: Lifting, par: SimpleNamespace, frames: Frames
@@ -101,8 +101,7 @@ class Model:
         around, S, m = structure.around, len(hand.spheres), len(hand.fingers)
         self.around = ca.SX(0, 3)
         if around.obstacles:
-            palm = frames.rotation @ ca.SX(hand.palm)
-            ahead = lifting.lift("palm", palm, self._root.swing(lifting.constant("ahead", palm)))
+            ahead = self._root.direction("ahead", frames.rotation @ ca.SX(hand.palm), lifting)
             back = [-par.standoff * (j + 1) / around.approach * ahead.T for j in range(around.approach)]
             approach = [self._s + ca.repmat(step, S, 1) for step in back]
             lifted = self._contact.spheres + ca.repmat(ca.horzcat(0, 0, par.lift), S, 1)
@@ -159,7 +158,7 @@ class Model:
             reach_errors=at.tips - self._p if planned else ca.SX(m, 3),
             spheres=self._s,
             spheres_contact=at.spheres,
-            torques=lambda forces: at.torques(lifting.lift("felt", forces, self._root.felt(forces.T).T)),
+            torques=lambda forces: self._torques(lifting.lift("felt", forces, self._root.felt(forces.T).T)),
             targets=self._o,
             gains=self._k,
             contacts=self._p,
@@ -183,12 +182,11 @@ class Model:
 
 @dataclass(frozen=True)
 class _Placed:
-    """A hand somewhere: its tips by the joints, and as the program has them (m, 3), its spheres (S, 3), its torques."""
+    """A hand somewhere: its tips by the joints, and as the program has them (m, 3), its spheres (S, 3)."""
 
     reached: ca.SX
     tips: ca.SX
     spheres: ca.SX
-    torques: TipTorques
 
 
 def layout(hand: Hand, structure: Structure) -> Layout:

@@ -37,13 +37,22 @@ class Link:
 
     def swing(self, r: ca.SX) -> ca.SX:
         """By how much (3,) a direction r, or each of several (3, k), moves."""
-        W = ca.skew(self.turn)
-        turned = W @ r
-        return turned + W @ turned / 2
+        return swing(self.turn, r)
 
     def felt(self, vector: ca.SX) -> ca.SX:
         """A vector (3,) of the world as one sees it who turns with the link and keeps its axes: E(-ω) f."""
-        return vector + Link(self.place, turn=-self.turn).swing(vector)
+        return vector + swing(-self.turn, vector)
+
+    def direction(self, name: str, value: ca.SX, lifting: Lifting) -> ca.SX:
+        """A direction (3,) fixed to the link, lifted."""
+        return lifting.lift(name, value, self.swing(lifting.constant(name, value)))
+
+
+def swing(turn: ca.SX, r: ca.SX) -> ca.SX:
+    """(E(ω) - I) r for a turn ω (3,) and a direction r (3,), or several (3, k)."""
+    W = ca.skew(turn)
+    turned = W @ r
+    return turned + W @ turned / 2
 
 
 def free(position: ca.SX, rotation: ca.SX, lifting: Lifting) -> Link:

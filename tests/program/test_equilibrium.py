@@ -133,27 +133,27 @@ def test_the_rotation_and_its_stiffness_equal_those_of_an_svd(kind):
     np.testing.assert_allclose(np.array(STIFFNESS(np.hstack(R), np.hstack(every))).ravel(), expected, rtol=1e-9)
 
 
+def assert_slopes(value, slopes, B, w):
+    """Gradient and Hessian of w·(R, ρ) at B, which `slopes` gives, are those of differences; `value` gives (R, ρ)."""
+    scale, b = np.linalg.norm(B), B.ravel(order="F")
+    step = 3e-3 * np.sum(nearest_rotation(B)[1][1:])
+    w = np.append(w[:9], w[9] / scale)
+
+    def energy(b):
+        R, rho = value(b.reshape(3, 3).T)
+        return w @ np.append(np.array(R).ravel(order="F"), float(rho))
+
+    g, H = slopes(B, w)
+    assert_jacobian(energy, g, b, 1e-6, step)
+    assert_jacobian(lambda b: slopes(b.reshape(3, 3).T, w)[0], H, b, 1e-6, step)
+    np.testing.assert_allclose(H, H.T, atol=1e-9 * np.abs(H).max())
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_gradient_and_hessian_of_rotation_and_stiffness_match_differences(kind):
     rng = np.random.default_rng(1)
     for B in profiles(kind, 10, seed=2):
-        w, scale = rng.normal(size=10), np.linalg.norm(B)
-        w[9] /= scale
-        gap = np.sum(nearest_rotation(B)[1][1:]) / scale
-        step = 3e-3 * gap * scale
-
-        def value(b, w=w):
-            R, rho, _ = VALUE(b.reshape(3, 3).T)
-            return w @ np.append(np.array(R).ravel(order="F"), float(rho))
-
-        def gradient(b, w=w):
-            return derivatives(b.reshape(3, 3).T, w)[0]
-
-        b = B.ravel(order="F")
-        g, H = derivatives(B, w)
-        assert_jacobian(value, g, b, 1e-6, step)
-        assert_jacobian(gradient, H, b, 1e-6, step)
-        np.testing.assert_allclose(H, H.T, atol=1e-9 * np.abs(H).max())
+        assert_slopes(lambda B: VALUE(B)[:2], derivatives, B, rng.normal(size=10))
 
 
 def test_freezing_the_root_changes_neither_value_nor_derivatives():
