@@ -1,6 +1,8 @@
-"""One command at a time in a folder of rows."""
+"""One command at a time in a folder."""
 
-from collections.abc import Callable, Iterator
+import os
+import platform
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -8,29 +10,39 @@ from filelock import FileLock, Timeout
 
 from sgnlp.base.errors import InputError
 
-LOCK = ".lock"
+LOCK, HOLDER = ".lock", ".lock-holder"
 
 
 @contextmanager
-def alone(folder: Path, holder: Callable[[], str]) -> Iterator[None]:
-    """Make a folder and lock it. The kernel releases the lock when the process ends, however it ends.
+def alone(folder: Path, flag: str) -> Iterator[None]:
+    """Make a folder and lock it; `flag` is the one that chooses another folder.
 
-    `holder` names the process that may have the lock. Some network file systems have no locks; there nothing is locked.
+    The kernel releases the lock when the process ends, however it ends. Some network file systems have no locks; there
+    nothing is locked.
 
     Raises:
-        InputError: another process has the lock.
+        InputError: another process has the lock; it is named.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    lock = FileLock(folder / LOCK)
+    lock, holder = FileLock(folder / LOCK), folder / HOLDER
     try:
         lock.acquire(timeout=0)
     except Timeout:
-        said = f"'{folder}' is in use by another command ({holder()})"
-        raise InputError(f"{said}; wait until it ends, or choose another --out") from None
+        said = f"'{folder}' is in use by another command ({_read(holder)})"
+        raise InputError(f"{said}; wait until it ends, or choose another {flag}") from None
     except (NotImplementedError, OSError):
         yield
         return
     try:
+        holder.write_text(f"process {os.getpid()} on {platform.node()}", encoding="utf-8")
         yield
     finally:
+        holder.unlink(missing_ok=True)
         lock.release()
+
+
+def _read(holder: Path) -> str:
+    try:
+        return holder.read_text(encoding="utf-8") or "which begins"
+    except (OSError, UnicodeDecodeError):
+        return "which begins"

@@ -2,10 +2,9 @@
 
 import json
 import os
-import platform
 import time
 from collections.abc import Callable, Collection, Sequence
-from contextlib import closing
+from contextlib import ExitStack, closing
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from math import isnan
@@ -60,7 +59,9 @@ class Batch(Abstaining, Ended, Extending, Surrounding, Tabling, Observing):
         results.writable(self.results)
         results.writable(out)
         workers = self._workers()
-        with alone(out, partial(_holder, out / MADE)):
+        with ExitStack() as locked:
+            for folder, flag in {out.resolve(): (out, "--out"), self.results.resolve(): (self.results, "--results")}.values():
+                locked.enter_context(alone(folder, flag))
             made = self._made(hand)
             if (out / ROWS).is_file():
                 made = results.resumed(out / MADE, made)
@@ -123,26 +124,16 @@ class Batch(Abstaining, Ended, Extending, Surrounding, Tabling, Observing):
         return Workers(self.jobs, self.scheduler)
 
     def _made(self, hand: Hand) -> dict[str, Any]:
-        """How and by which process the rows are made; they depend on `study` and on the clouds."""
+        """How the rows are made; they depend on `study` and on the clouds."""
         flags = {key: value for key, value in asdict(self).items() if key != "files"}
         study = {key: flags[key] for key in ("seed", "starts", "first", "deadline", "solver", "reading", "settings")}
         study |= {"hand": hand.name, "arm": told(hand), "surroundings": self.surroundings.plain()}
-        process = {"process": os.getpid(), "host": platform.node()}
         plain = json.loads(json.dumps({"batch": flags, "study": study}, default=str))
-        return made(**process, **plain)
+        return made(**plain)
 
 
 def _anywhere(name_or_folder: str, known: Collection[str]) -> str:
     return name_or_folder if name_or_folder in known else str(Path(name_or_folder).absolute())
-
-
-def _holder(file: Path) -> str:
-    """The process that writes the rows in a folder, from how they are made."""
-    try:
-        told = json.loads(file.read_text(encoding="utf-8"))
-        return f"process {told['process']} on {told['host']}"
-    except (OSError, ValueError, KeyError, TypeError):
-        return "which begins"
 
 
 def _show(console: Console, rows: Sequence[Row], seconds: float, least: float) -> None:

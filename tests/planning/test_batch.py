@@ -408,21 +408,26 @@ def test_a_folder_with_rows_of_another_task_is_refused_and_left_as_it_is(here, c
     assert here == ["one", "one"]
 
 
-def test_a_second_batch_in_a_folder_is_refused_by_the_name_of_the_first(here, capfd):
+@pytest.mark.parametrize(("folder", "flag"), [("results", "--results"), ("results/batch", "--out")])
+def test_a_second_batch_in_a_folder_is_refused_by_the_name_of_the_first(here, capfd, folder, flag):
     flags = [cloud("one"), "--starts", 2, *SMALL_FLAGS]
     code = (
-        "from pathlib import Path; from sgnlp.base.exclusive import alone; import os, time\n"
-        "with alone(Path('results/batch'), str):\n"
-        '    text = f\'{{"process": {os.getpid()}, "host": "here"}}\'\n'
-        "    Path('results/batch/made.json').write_text(text, encoding='utf-8'); time.sleep(1000)"
+        "from pathlib import Path; from sgnlp.base.exclusive import alone; import time\n"
+        f"with alone(Path({folder!r}), ''):\n    Path('begun').touch(); time.sleep(1000)"
     )
     with running([sys.executable, "-c", code]) as first:
-        assert wait_for(Path("results/batch/made.json").exists)
+        assert wait_for(Path("begun").exists)
         assert command(*flags) == codes.BAD_INPUT
         err = capfd.readouterr().err
-        assert f"'results/batch' is in use by another command (process {first.pid} on here)" in err
+        assert f"'{folder}' is in use by another command (process {first.pid} on" in err
+        assert f"choose another {flag}\n" in err
         assert not here
     assert command(*flags) == codes.FEASIBLE  # the first was killed
+
+
+def test_a_batch_may_write_its_table_among_the_results(here):
+    assert command(cloud("one"), "--starts", 2, *SMALL_FLAGS, "--out", "results") == codes.FEASIBLE
+    assert not list(Path("results").glob(exclusive.HOLDER))
 
 
 def test_a_result_without_its_summary_is_solved_again(solved):
