@@ -91,9 +91,8 @@ class Idle:
 
 @pytest.fixture(autouse=True)
 def nothing_works_behind_a_command(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A plan made in a process of the tests starts no compilers that work beside them."""
-    if (background := sys.modules.get("sgnlp.cli.background")) is not None:
-        monkeypatch.setattr(background, "Work", Idle)
+    """A plan made in a process of the tests starts no compilers that work beside them: the first one neither."""
+    monkeypatch.setattr(importlib.import_module("sgnlp.cli.background"), "Work", Idle)
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:

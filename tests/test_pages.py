@@ -8,9 +8,10 @@ import subprocess
 import sys
 from contextlib import redirect_stderr, redirect_stdout, suppress
 from importlib.util import find_spec
-from io import BytesIO, TextIOWrapper
+from io import BytesIO, StringIO, TextIOWrapper
 from itertools import groupby
 from pathlib import Path
+from runpy import run_path
 from typing import Any
 from unittest import SkipTest
 
@@ -52,13 +53,32 @@ def namespace(page, tmp_path, monkeypatch) -> dict[str, Any]:
 def run(example: Any) -> str | None:
     """Run a block of commands; the first that fails is the failure of the block."""
     example.namespace["printed"] = ""
-    for ours, lines in groupby(example.parsed.splitlines(), lambda line: line.startswith("sgnlp ")):
-        for command in lines if ours else ["\n".join(lines)]:
-            code, out, err = _sgnlp(command, example.namespace["whole"]) if ours else _shell(command)
+    for kind, lines in groupby(example.parsed.splitlines(), _kind):
+        for command in lines if kind else ["\n".join(lines)]:
+            if kind == "sgnlp":
+                code, out, err = _sgnlp(command, example.namespace["whole"])
+            else:
+                code, out, err = _script(command) if kind else _shell(command)
             example.namespace["printed"] += out
             if code:
                 return f"{command}: exit code {code}\n{out}{err}"
     return None
+
+
+def _kind(line: str) -> str:
+    """What runs a line in this process, which has loaded all that it needs; "" if the shell does."""
+    return next((kind for kind in ("sgnlp", "python docs/") if line.startswith(kind)), "")
+
+
+def _script(command: str) -> tuple[int, str, str]:
+    """Exit code and output of `python FILE …`, run in this process."""
+    words = shlex.split(command)[1:]
+    out, err = StringIO(), StringIO()
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
+        patch.setattr(sys, "argv", words)
+        patch.setattr(sys, "path", [str(Path(words[0]).parent), *sys.path[1:]])
+        run_path(words[0], run_name="__main__")
+    return 0, out.getvalue(), err.getvalue()
 
 
 def _sgnlp(command: str, whole: bool) -> tuple[int, str, str]:

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -34,17 +35,17 @@ class Surroundings:
 
         So for regions that leave nothing to touch.
         """
-        points = observation.points
-        for shape in (shape for _, shapes in self.kinds() for shape in shapes):
-            if shape.distance(points).min() > FAR:
-                raise InputError(f"'{shape.name}' is more than {FAR:g} m from the object; is it in metres?")
-        for shape in self.obstacles:
-            inside = float((shape.distance(points) < 0).mean())
+        told = {kind: [(s.name, s.distance(observation.points)) for s in shapes] for kind, shapes in self.kinds()}
+        for name, distances in chain(*told.values()):
+            if distances.min() > FAR:
+                raise InputError(f"'{name}' is more than {FAR:g} m from the object; is it in metres?")
+        for name, distances in told["obstacles"]:
+            inside = float((distances < 0).mean())
             if inside > MOST_INSIDE:
                 said = "is it in metres, in the frame of the cloud?"
-                raise InputError(f"the obstacle '{shape.name}' holds {inside:.0%} of the object's points; {said}")
-        for regions, allowed, flag in ((self.avoid, False, "avoid"), (self.touch, True, "touch")):
-            near = [shape.distance(points) < NEAR * allowed for shape in regions]
+                raise InputError(f"the obstacle '{name}' holds {inside:.0%} of the object's points; {said}")
+        for flag, allowed in (("avoid", False), ("touch", True)):
+            near = [distances < NEAR * allowed for _, distances in told[flag]]
             if near and not (np.any(near, axis=0) == allowed).any():
                 said = "are its shapes in metres, in the frame of the cloud?"
                 raise InputError(f"--{flag} leaves nothing of the object to touch; {said}")
