@@ -167,9 +167,9 @@ def first_is_killed(planner, start):
     return replace(small_plan().solutions[0], start=start.index)
 
 
-def first_hangs(planner, start):
+def first_overruns(planner, start):
     if start.index == 0:
-        hang(planner, start)
+        raise TimeoutError  # as the pool tells of it; it stops a process in `planning/test_solve.py`
     return replace(small_plan().solutions[0], start=start.index)
 
 
@@ -183,7 +183,7 @@ def first_raises(planner, start):
     ("task", "timeout", "reason"),
     [
         (first_is_killed, 60, "process ended with exit code -9"),
-        (first_hangs, 5, "stopped after 5 s"),  # the others end at once, on a busy machine too
+        (first_overruns, 60, "stopped after 60 s"),
         (first_raises, 60, "RuntimeError: CasADi says [no]"),
     ],
 )
@@ -429,7 +429,8 @@ def test_no_setting_takes_what_is_not_a_finite_number(capfd, cloud, monkeypatch)
     monkeypatch.setattr("sgnlp.cli.solve.solve", never)
     flags = [flag for flag, _, default in leaves(ROBUST) if isinstance(default, float)]
     assert len(flags) > 30
-    for flag, value in zip(flags, cycle(("nan", "inf")), strict=False):
+    first = {flag.partition(".")[0]: flag for flag in reversed(flags)}  # of each section: the next test has them all
+    for flag, value in zip(first.values(), cycle(("nan", "inf")), strict=False):
         assert_refused(capfd, solve(cloud, f"--{flag}", value), f"--{flag} ")
 
 
@@ -537,25 +538,26 @@ def test_the_settings_of_the_small_flags_are_those_of_the_shared_scene():
     assert solve_start is sgnlp.planning.pool.solve_start
 
 
+COMPLETED = [
+    (["so"], ["solve", "solvers"]),
+    (["solve", "--gpis.k"], ["--gpis.kernel"]),
+    (["solve", "--solver.formulation", ""], ["penalty", "constrained", "two_phase", "elastic", "lifted"]),
+    (["solve", "--sphe"], ["--spheres"]),
+]
+
+
 @pytest.mark.skipif(not shutil.which("bash"), reason="needs bash")
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
-        (["so"], ["solve", "solvers"]),
-        (["solve", "--gpis.k"], ["--gpis.kernel"]),
-        (["solve", "--solver.formulation", ""], ["penalty", "constrained", "two_phase", "elastic", "lifted"]),
-        (["solve", "--sphe"], ["--spheres"]),
-    ],
-)
-def test_the_completion_script_completes_in_bash(capfd, words, expected):
+def test_the_completion_script_completes_in_bash(capfd):
     assert run(["--tyro-print-completion", "bash"]) == 0
     script = capfd.readouterr().out
     (function,) = re.findall(r"^complete -F (\w+) sgnlp$", script, re.MULTILINE)
-    quoted = " ".join(f"'{word}'" for word in ["sgnlp", *words])
-    ask = f'COMP_WORDS=({quoted}); COMP_CWORD={len(words)}; {function}; echo "${{COMPREPLY[@]}}"'
-    done = subprocess.run(["bash"], input=f"{script}\n{ask}", capture_output=True, encoding="utf-8")
+    asked = []
+    for words, _ in COMPLETED:
+        quoted = " ".join(f"'{word}'" for word in ["sgnlp", *words])
+        asked.append(f'COMP_WORDS=({quoted}); COMP_CWORD={len(words)}; {function}; echo "${{COMPREPLY[@]}}"')
+    done = subprocess.run(["bash"], input="\n".join([script, *asked]), capture_output=True, encoding="utf-8")
     assert done.stderr == ""
-    assert done.stdout.split() == expected
+    assert [line.split() for line in done.stdout.splitlines()] == [expected for _, expected in COMPLETED]
 
 
 @pytest.mark.parametrize("shell", ["zsh", "fish"])
@@ -597,7 +599,7 @@ def test_the_doctor_tells_versions_solvers_and_backend(capfd):
     assert err == ""
 
 
-@pytest.mark.parametrize("arguments", [("hands",), ("--version",), ("solve", "--help")])
+@pytest.mark.parametrize("arguments", [("--version",), ("arms",), ("solve", "--help")])
 def test_a_reader_that_ends_early_is_no_error(arguments):
     reader, writer = os.pipe()
     os.close(reader)
