@@ -23,8 +23,8 @@ def loaded(url: str, profile: Path, *flags: str) -> tuple[str, list[str]]:
     return done.stdout, [line for line in done.stderr.splitlines() if "CONSOLE" in line]
 
 
-def drawn(page: Path, profile: Path) -> tuple[set[str], str]:
+def drawn(page: Path, profile: Path, *flags: str) -> tuple[set[str], str]:
     """The layers that a page of the viewer has drawn without an error, and its elements."""
-    elements, told = loaded(page.as_uri(), profile, *DEEP, "--virtual-time-budget=5000")
+    elements, told = loaded(page.as_uri(), profile, *DEEP, *flags, "--virtual-time-budget=5000")
     assert not [line for line in told if "Uncaught" in line or "ERROR:CONSOLE" in line or "Failed" in line]
     return set(elements.rpartition('data-drawn="')[2].partition('"')[0].split(",")), elements
