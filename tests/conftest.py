@@ -89,10 +89,10 @@ class Idle:
         pass
 
 
-@pytest.fixture(autouse=True)
-def nothing_works_behind_a_command(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A plan made in a process of the tests starts no compilers that work beside them: the first one neither."""
-    monkeypatch.setattr(importlib.import_module("sgnlp.cli.background"), "Work", Idle)
+@pytest.fixture(scope="session", autouse=True)
+def _nothing_works_behind_a_command() -> None:
+    """A plan made in a process of the tests, by a fixture too, starts no compilers that work beside them."""
+    importlib.import_module("sgnlp.cli.background").Work = Idle
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:

@@ -32,6 +32,8 @@ MARKERS = 10
 """Markers on a line of many points, about."""
 CROWDED = 24
 """Letters that fit below upright bars; with longer names the bars are horizontal."""
+SUFFIXES = ("svg", "png")
+"""Of the files that a figure can be."""
 NAME_WIDTH, BAR_HEIGHT = 0.06, 0.22
 """Width of a letter beside a horizontal bar, and height of the bar with its gap [inch]."""
 
@@ -75,8 +77,10 @@ class Panel:
         return self.bars and len(self.series) == 1 and sum(len(str(x)) for x in self.series[0].x) > CROWDED
 
 
-def draw(panels: Sequence[Panel], caption: str = "", columns: int = COLUMNS) -> dict[str, bytes]:
-    """The figure as files by suffix, `svg` and `png`; the same panels give the same svg.
+def draw(
+    panels: Sequence[Panel], caption: str = "", columns: int = COLUMNS, suffixes: Sequence[str] = SUFFIXES
+) -> dict[str, bytes]:
+    """The figure as files by suffix; the same panels give the same svg.
 
     The caption is kept in the files, where programs that catalogue pictures look for it.
 
@@ -105,7 +109,7 @@ def draw(panels: Sequence[Panel], caption: str = "", columns: int = COLUMNS) -> 
         for ax in axes[len(panels) :]:
             ax.remove()
         _legend(figure, max(1, 2 * (columns - 1)))
-        for suffix in options:
+        for suffix in suffixes:
             file = io.BytesIO()
             figure.savefig(file, format=suffix, **options[suffix])
             files[suffix] = file.getvalue()

@@ -192,8 +192,8 @@ def convergence(courses: Mapping[str, NDArray[Any]]) -> Section:
 
 
 def _plotted(name: str, caption: str, panels: list[Panel], columns: list[list[Panel]]) -> Figure:
-    """Panels as one figure of so many columns, and each column alone."""
-    cells = tuple(plots.draw(column, caption, columns=1) for column in columns)
+    """Panels as one figure of so many columns, and each column alone, which a page shows as an svg."""
+    cells = tuple(plots.draw(column, caption, 1, ("svg",)) for column in columns)
     return Figure(name, caption, plots.draw(panels, caption, columns=len(columns)), cells, PANEL_WIDTH)
 
 
