@@ -60,7 +60,8 @@ class Batch(Abstaining, Ended, Extending, Surrounding, Tabling, Observing):
         results.writable(out)
         workers = self._workers()
         with ExitStack() as locked:
-            for folder, flag in {out.resolve(): (out, "--out"), self.results.resolve(): (self.results, "--results")}.values():
+            folders = {out.resolve(): (out, "--out"), self.results.resolve(): (self.results, "--results")}
+            for folder, flag in folders.values():
                 locked.enter_context(alone(folder, flag))
             made = self._made(hand)
             if (out / ROWS).is_file():
