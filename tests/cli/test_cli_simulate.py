@@ -1,6 +1,7 @@
 """`sgnlp simulate` on a result made by hand."""
 
 import json
+import shutil
 from dataclasses import asdict, fields, replace
 from pathlib import Path
 
@@ -32,16 +33,16 @@ HAND = load_hand("allegro_left")
 SHORT = ("--hold-time", "0.3", "--push-time", "0.2")
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch) -> Path:
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory) -> Path:
     """A folder with a result of two grasps, a sound one and one that misses, and the object."""
-    monkeypatch.chdir(tmp_path)
+    place = tmp_path_factory.mktemp("saved")
     thing = box()
     arrays = {"points": thing.vertices.repeat(8, axis=0), "table_height": 0.0, "name": "box"}
     rng = np.random.default_rng(0)
     arrays["points"] = arrays["points"] + 1e-3 * rng.uniform(size=arrays["points"].shape)
-    np.savez("box.npz", **arrays, mesh_vertices=thing.vertices, mesh_faces=thing.faces)
-    np.savez("cloud.npz", **arrays)
+    np.savez(place / "box.npz", **arrays, mesh_vertices=thing.vertices, mesh_faces=thing.faces)
+    np.savez(place / "cloud.npz", **arrays)
     good = grip(HAND, *faces(0.06, 0.045))
     rows = [good, replace(good, targets=good.targets + 0.08 * faces(0.06, 0.045)[1])]
     meta = {"hand": "allegro_left", "settings": asdict(ROBUST), "source": "box.npz"}
@@ -57,7 +58,14 @@ def folder(tmp_path, monkeypatch) -> Path:
     values["tips_pregrasp"] = np.array([row.tips for row in rows])
     values["joints_contact"] = values["joints_squeeze"] = values["joints"]  # under position control they do not press
     values["feasible"] = np.array([True, False])
-    results.save(replace(empty, **values), {}, tmp_path / "made")
+    results.save(replace(empty, **values), {}, place / "made")
+    return place
+
+
+@pytest.fixture
+def folder(saved, tmp_path, monkeypatch) -> Path:
+    """The result in a copy of its folder, which is the current one."""
+    monkeypatch.chdir(shutil.copytree(saved, tmp_path, dirs_exist_ok=True))
     return tmp_path / "made"
 
 
