@@ -1,5 +1,6 @@
 """A hand's file drafted from a description: on made-up hands with known answers, and on the package's own."""
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from sgnlp.hand.draft.draft import Draft, draft
 from sgnlp.hand.draft.order import enough
 from sgnlp.hand.draft.pads import Pad, pad
 from sgnlp.hand.draft.palm import candidates
+from sgnlp.hand.draft.set_cover import cheapest
 from sgnlp.hand.draft.skeleton import Skeleton, skin_points
 from sgnlp.hand.draft.solids import CELL, Solid
 from sgnlp.hand.draft.text import text
@@ -254,7 +256,7 @@ def test_spheres_beside_a_pad_stay_behind_it_where_it_looks():
         return float(max((ball.centre - one.centre) @ looks + ball.radius for ball in balls) - one.radius)
 
     assert ahead([0.014, 0.016, 0.05]) <= 0
-    assert ahead([0.02, 0.03, 0.05]) <= 0.002  # its corners are 4 mm before the pad, and covered to 3 mm
+    assert ahead([0.02, 0.03, 0.05]) <= 0.002 + 1e-9  # its corners are 4 mm before the pad, and covered to 3 mm
 
 
 def test_a_shell_that_is_open_on_one_side_is_full_and_a_corner_is_not():
@@ -265,6 +267,18 @@ def test_a_shell_that_is_open_on_one_side_is_full_and_a_corner_is_not():
         sheets.append(points)
     assert Solid(np.vstack(sheets)).depth(np.zeros((1, 3)))[0] > 0.015
     assert Solid(np.vstack([sheets[0], sheets[4]])).depth(np.array([[0.015, 0, 0.015]]))[0] < 0
+
+
+def test_the_cheapest_cover_is_found_where_the_greedy_one_is_dearer():
+    rng = np.random.default_rng(3)
+    choices = np.array(list(itertools.product([False, True], repeat=10)))[1:]
+    for _ in range(20):
+        covered, costs = rng.random((40, 10)) < 0.3, rng.choice([1.0, 1.1], 10)
+        covered = covered[covered.any(axis=1)]
+        whole = (covered.astype(int) @ choices.T > 0).all(axis=0)
+        found = cheapest(covered, costs)
+        assert covered[:, found].any(axis=1).all()
+        assert costs[found].sum() == pytest.approx((choices[whole] @ costs).min())
 
 
 # --- pairs ---
