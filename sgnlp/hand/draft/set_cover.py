@@ -25,7 +25,7 @@ def cheapest(covered: BoolArray, costs: Array) -> IntArray:
     rows, columns = _needed(covered, costs)
     choice = _Choice(rows, costs[columns])
     rng, best = np.random.default_rng(0), choice.chosen
-    for step in range(STEPS):
+    for step in range(STEPS if rows.sum() > len(rows) else 0):  # with one column for each row, all are needed
         while not choice.bare.any():
             best, bound = choice.chosen, choice.cost - CHEAPER
             choice.drop(step)
