@@ -25,13 +25,13 @@ TURNS = (0.0, 1e-9, 1e-3, 2.0, np.pi)
 """Of the tangents at which derivatives are looked at [rad]."""
 
 
-ONES = [name for name in available_hands() if name.replace("left", "right") == name ]
+ONES = [name for name in available_hands() if name.replace("left", "right") == name]
 """Of two hands that are mirror images of each other, one; `test_placement_functions` looks at the joints of both."""
 
 
 @pytest.fixture(scope="module", params=[*ONES, "coupled", "skew"])
 def hand(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Hand:
-    """Every kind of hand that is installed, one with a joint that mimics another finger's, one with a slide and a skew axis."""
+    """Hands of every kind, one with a joint that mimics another finger's, one with a slide and a skew axis."""
     folder = {"coupled": lambda: coupled(tmp_path_factory.mktemp("hands")), "skew": lambda: GOLDEN / "three_fingers"}
     return load_hand(folder[request.param]()) if request.param in folder else installed(request.param)
 
