@@ -13,6 +13,10 @@ from sgnlp.planning.solve import solve
 from sgnlp.planning.starts import starts
 
 
+LEAN = replace(SMALL, spheres="paper", solver=replace(SMALL.solver, formulation="penalty"))
+"""Of one program, with few spheres."""
+
+
 def on_arm(base: list[float], around=CROWD) -> Problem:
     """The ellipsoid, and a hand on a Panda that stands somewhere."""
     return build_problem(observation(), load_hand("allegro_left", "paper", "panda", base), SMALL, surroundings=around)
@@ -56,7 +60,7 @@ def test_an_arm_that_stands_too_far_reaches_nothing():
 
 def test_starts_out_of_reach_are_failures_of_the_plan_with_their_reason():
     hand = load_hand("allegro_left", "paper", "panda", [-3.0, 0.0, 0.0])
-    plan = solve(observation(), hand, replace(SMALL, spheres="paper"), count=2, jobs=1)
+    plan = solve(observation(), hand, LEAN, count=2, jobs=1)
     assert [failure.reason for failure in plan.failures] == [OUT_OF_REACH] * 2
     assert plan.solutions == ()
     assert len(plan.arrays().arm_joint_names) == 7
@@ -67,7 +71,7 @@ def test_an_arm_moves_with_a_cloud_that_lies_far_from_the_origin():
     seen, shift = observation(), np.array([1000.0, -500.0, 20.0])
     moved = replace(seen, points=seen.points + shift, table_height=seen.table_height + shift[2])
     hand = load_hand("allegro_left", "paper", "panda", (shift - np.array([0.5, 0.0, 0.0])).tolist())
-    plan = solve(moved, hand, replace(impossible(SMALL), spheres="paper"), count=1, jobs=1)
+    plan = solve(moved, hand, impossible(LEAN), count=1, jobs=1)
     (found,) = plan.solutions
     assert np.linalg.norm(found.wrist[:3] - shift) < 0.4
     error = next(check for check in found.checks if check.name == "wrist").value
