@@ -12,7 +12,6 @@ from sgnlp.planning.reach import OUT_OF_REACH, reachable, within_reach
 from sgnlp.planning.solve import solve
 from sgnlp.planning.starts import starts
 
-
 LEAN = replace(SMALL, spheres="paper", solver=replace(SMALL.solver, formulation="penalty"))
 """Of one program, with few spheres."""
 

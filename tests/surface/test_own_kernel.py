@@ -74,7 +74,7 @@ def test_many_points_are_taken_block_by_block():
     np.testing.assert_array_equal(Elementwise(ca.Function("f", [x], [x**2]), "f")(many)[0], many**2)
 
 
-ONE = replace(SMALL, solver=replace(SMALL.solver, formulation="penalty"))
+ONE = replace(SMALL, solver=replace(SMALL.solver, formulation="constrained"))
 """Of one program."""
 
 
