@@ -256,10 +256,9 @@ def test_a_solve_is_timed_with_what_casadi_counts_of_the_functions(monkeypatch):
 def test_growth_has_a_row_for_each_size(bench, monkeypatch):
     monkeypatch.setattr(growth, "SURFACE_POINTS", (20, 40))
     monkeypatch.setattr(growth, "STARTS", (1, 2))
-    assert [row.name.split(":")[0] for row in growth.points(replace(bench, settings=QUICK))] == ["N = 49"] * 3 + [
-        "N = 69"
-    ] * 3
-    assert [row.name for row in growth.count_starts(replace(bench, settings=QUICK))] == ["1 starts", "2 starts"]
+    bench = replace(bench, settings=QUICK)
+    assert [row.name.split(":")[0] for row in growth.points(bench)] == ["N = 49"] * 3 + ["N = 69"] * 3
+    assert [row.name for row in growth.count_starts(bench)] == ["1 starts", "2 starts"]
 
 
 def test_each_opponent_has_its_ratio(bench, monkeypatch):
