@@ -50,6 +50,8 @@ def minimum(phi: Array, held: BoolArray, strength: float) -> Array:
         before, length = loss(theta, phi, held, strength), 1.0
         while loss(theta - length * step, phi, held, strength) > before and length > TOLERANCE:
             length /= 2
+        if length <= TOLERANCE:  # to rounding, no step leads down any more
+            break
         theta = theta - length * step
     return theta
 

@@ -103,7 +103,7 @@ def make(model: pin.Model) -> str:
 
 
 def program() -> Path:
-    """The C++ program, built if it is not in the cache; a minute and 3 GB of memory. Raises as `make`."""
+    """The C++ program, built if it is not in the cache; a minute and 2.5 GB of memory. Raises as `make`."""
     casadi, pinocchio = Path(ca.__file__).parent, Path(pin.__file__).parents[4]
     includes = [pinocchio / "include", casadi / "include"]
     eigens = [folder / "eigen3" for folder in (*includes, Path("/usr/include"))]  # CasADi's wheels bring one

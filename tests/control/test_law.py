@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -73,6 +73,7 @@ def test_dampers_never_drive(speed, gains):
     assert (spring_forces(np.zeros((4, 3)), speed, gains, critical(gains, 1.0)) * speed).sum() <= 0.0
 
 
+@settings(max_examples=30)
 @given(arrays(float, 16, elements=st.floats(-10, 10)), st.integers(0, 5))
 def test_no_damper_of_the_posture_drives_either(speed, at):
     """N is symmetric with eigenvalues between 0 and 1; rounding alone gives power."""

@@ -256,6 +256,7 @@ def test_a_solve_is_timed_with_what_casadi_counts_of_the_functions(monkeypatch):
 def test_growth_has_a_row_for_each_size(bench, monkeypatch):
     monkeypatch.setattr(growth, "SURFACE_POINTS", (20, 40))
     monkeypatch.setattr(growth, "STARTS", (1, 2))
+    bench = replace(bench, settings=QUICK)
     assert [row.name.split(":")[0] for row in growth.points(bench)] == ["N = 49"] * 3 + ["N = 69"] * 3
     assert [row.name for row in growth.count_starts(bench)] == ["1 starts", "2 starts"]
 
@@ -386,7 +387,7 @@ while not os.path.exists({str(seen)!r}) and time.monotonic() < end: time.sleep(0
 
 def test_before_the_first_solve_there_are_import_hand_cloud_surface_and_functions(bench, monkeypatch):
     monkeypatch.setattr(startup, "fresh", lambda task, *given: task(*given))
-    names = [row.name for row in startup.rows(bench)]
+    names = [row.name for row in startup.rows(replace(bench, settings=QUICK))]
     assert names[:3] == [
         f"python -c '{code}'" for code in ("pass", "import sgnlp.planning.solve", "import sgnlp.cli.solve")
     ]

@@ -22,7 +22,9 @@ from sgnlp.simulation import Command, SimulationSettings
 from sgnlp.simulation.judge import judge
 
 CAN = Path(__file__).parents[2] / "problems" / "can_1.npz"
-SETUP = Setup((CAN,), "allegro_left", SMALL, 1, 0, 60.0)
+LEAN = replace(SMALL, spheres="paper", solver=replace(SMALL.solver, formulation="constrained"))
+"""Of one program, with few spheres: the trials are made up."""
+SETUP = Setup((CAN,), "allegro_left", LEAN, 1, 0, 60.0)
 TRIALS = {"place": [0, 5, 10, 20], "turn": [0, 5, 10], "mass": [0.1, 0.3, 0.5, 1.0], "friction": [0.3, 0.6, 1.0]}
 BARE = Command(np.zeros(7), np.zeros(16), np.zeros((2, 3)), np.zeros((2, 3)), np.ones(2))
 
@@ -104,7 +106,8 @@ def test_directions_are_those_of_the_object_and_the_seed_and_the_same_in_every_t
 
 def test_without_a_plan_every_trial_has_failed(carried):
     def impossible(settings: Settings) -> Settings:
-        return replace(settings, limits=replace(settings.limits, table_margin=10.0))
+        few = replace(settings.solver, max_iterations=3)
+        return replace(settings, limits=replace(settings.limits, table_margin=10.0), solver=few)
 
     rows = errors.trial(SETUP, CAN, Condition("none", 2, impossible), ["1", "2"])
     assert [(r.ending, r.score, r.strict) for r in rows] == [(NO_PLAN, 0.0, 0.0)] * 14

@@ -21,11 +21,17 @@ from sgnlp.hand.placements import BACKENDS, Backend, lack
 GOLDEN = Path(__file__).parents[1] / "golden"
 EXACT = 1e-12
 SAMPLES = 50
+TURNS = (0.0, 1e-9, 1e-3, 2.0, np.pi)
+"""Of the tangents at which derivatives are looked at [rad]."""
 
 
-@pytest.fixture(scope="module", params=[*available_hands(), "coupled", "skew"])
+ONES = [name for name in available_hands() if name.replace("left", "right") == name]
+"""Of two hands that are mirror images of each other, one; `test_placement_functions` looks at the joints of both."""
+
+
+@pytest.fixture(scope="module", params=[*ONES, "coupled", "skew"])
 def hand(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Hand:
-    """Every hand that is installed, one with a joint that mimics another finger's, one with a slide and a skew axis."""
+    """Hands of every kind, one with a joint that mimics another finger's, one with a slide and a skew axis."""
     folder = {"coupled": lambda: coupled(tmp_path_factory.mktemp("hands")), "skew": lambda: GOLDEN / "three_fingers"}
     return load_hand(folder[request.param]()) if request.param in folder else installed(request.param)
 
@@ -99,22 +105,22 @@ def test_the_jacobian_is_pinocchios_frame_jacobian(hand: Hand):
         np.testing.assert_allclose(jacobian[3 * i : 3 * i + 3], expected, atol=EXACT, rtol=0)
 
 
-@pytest.mark.parametrize("turn", [0.0, 1e-9, 1e-3, 2.0, np.pi])
-def test_jacobian_and_hessian_match_central_differences(hand: Hand, using: Backend, turn: float):
+def test_jacobian_and_hessian_match_central_differences(hand: Hand, using: Backend):
     n, rng = len(hand.joint_names), np.random.default_rng(3)
-    wrist, joints, v0 = sample(hand, rng, turn)
-    v = ca.SX.sym("v", 6 + n)
-    out = forward(hand, ca.SX(wrist), ca.SX(joints), v, using)
+    seed, v = [ca.SX.sym("wrist", 7), ca.SX.sym("joints", n)], ca.SX.sym("v", 6 + n)
+    out = forward(hand, *seed, v, using)
     points = ca.vec(ca.vertcat(out.tips, out.spheres))
-    weights = rng.normal(size=points.numel())
-    hessian, gradient = ca.hessian(ca.dot(ca.DM(weights), points), v)
-    f = ca.Function("f", [v], [points, ca.jacobian(points, v), gradient, hessian])
-    _, jacobian, _, curvature = (np.array(value) for value in f(v0))
-    step = 1e-6
-    for k in range(6 + n):
-        high, low = (f(v0 + sign * step * np.eye(6 + n)[k]) for sign in (1, -1))
-        np.testing.assert_allclose(jacobian[:, k], np.array(high[0] - low[0])[:, 0] / (2 * step), atol=1e-8, rtol=1e-6)
-        np.testing.assert_allclose(curvature[:, k], np.array(high[2] - low[2])[:, 0] / (2 * step), atol=1e-6, rtol=1e-6)
+    hessian, gradient = ca.hessian(ca.dot(ca.DM(rng.normal(size=points.numel())), points), v)
+    once = ca.Function("once", [*seed, v], [points, gradient])
+    twice = ca.Function("twice", [*seed, v], [ca.jacobian(points, v), hessian])
+    step = 1e-6 * np.eye(6 + n)
+    for turn in TURNS:
+        wrist, joints, v0 = sample(hand, rng, turn)
+        high, low = (once(wrist, joints, v0[:, None] + sign * step) for sign in (1, -1))
+        jacobian, curvature = (np.array(value) for value in twice(wrist, joints, v0))
+        moved, sloped = (np.array(more - less) / 2e-6 for more, less in zip(high, low, strict=True))
+        np.testing.assert_allclose(jacobian, moved, atol=1e-8, rtol=1e-6, err_msg=f"turn {turn}")
+        np.testing.assert_allclose(curvature, sloped, atol=1e-6, rtol=1e-6, err_msg=f"turn {turn}")
 
 
 @pytest.mark.parametrize("name", ["allegro_left", "allegro_right"])

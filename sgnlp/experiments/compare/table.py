@@ -40,14 +40,16 @@ class Table:
         self.last = last.assign(time=last.cpu.where(last.reached, math.inf), calls=last[[*CALLS.values()]].sum(axis=1))
         tightness = (1 / last.tolerance).where(np.isfinite(last.energy), -1 / last.tolerance)
         self.ends = self.last.loc[tightness.groupby([last[name] for name in RUN], sort=False).idxmax()]
+        self._answers = dict(list(self.ends.groupby(["formulation", "solver"])))
+        self._of = dict(list(self.last.groupby(["formulation", "solver", "tolerance"])))
 
     def answers(self, formulation: str, solver: str) -> Frame:
         """The `ends` of a solver."""
-        return pick(self.ends, formulation=formulation, solver=solver)
+        return self._answers.get((formulation, solver), self.ends.iloc[:0])
 
     def of(self, formulation: str, solver: str, tolerance: float) -> Frame:
         """The warm rows of a solver."""
-        return pick(self.last, formulation=formulation, solver=solver, tolerance=tolerance)
+        return self._of.get((formulation, solver, tolerance), self.last.iloc[:0])
 
     def times(self, formulation: str, tolerance: float) -> Frame:
         """Processor times to the tolerance, an instance a line, a solver a column."""

@@ -1,5 +1,6 @@
 """The fitted body of a hand: its fingers with their pads, and the spheres of all its links."""
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -52,7 +53,16 @@ class Body:
         """Of the spheres (S, 3) [m] in the root's frame, by numeric Pinocchio."""
         data = self.skeleton.model.createData()
         pin.forwardKinematics(self.skeleton.model, data, joints)
-        return np.array([data.oMi[j].act(ball.centre) for j, ball in self.balls])
+        places = np.array([place.homogeneous for place in data.oMi])[self._joints]
+        return np.asarray(np.einsum("sij,sj->si", places[:, :3, :3], self._points) + places[:, :3, 3])
+
+    @functools.cached_property
+    def _joints(self) -> IntArray:
+        return np.array([joint for joint, _ in self.balls])
+
+    @functools.cached_property
+    def _points(self) -> Array:
+        return np.array([ball.centre for _, ball in self.balls])
 
 
 def body(skeleton: Skeleton, chains: Sequence[Chain]) -> Body:

@@ -1,20 +1,20 @@
 """Spheres that cover a link: as few as leave no point of its meshes more than 3 mm outside.
 
 Of candidates c inside the link, each with the largest radius r that bulges out by no more than is allowed,
-r = depth(c) + bulge, the least number is chosen so that each point p of the skin has a |p - c| ≤ r + 3 mm: a set cover,
-solved as an integer program. Then each radius is made as small as its points allow.
+r = depth(c) + bulge, few are chosen so that each point p of the skin has a |p - c| ≤ r + 3 mm: a set cover. It is
+solved for some of the points, to which those are added that it leaves bare, until there are none. Then each radius is
+made as small as all points allow.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.spatial.distance import cdist
 
-from sgnlp.base.arrays import Array, BoolArray
-from sgnlp.base.errors import InputError
+from sgnlp.base.arrays import Array
 from sgnlp.hand.draft.pads import Pad
+from sgnlp.hand.draft.set_cover import cheapest
 from sgnlp.hand.draft.solids import CELL, Solid
 from sgnlp.perception.synthetic.meshes import unit_sphere
 
@@ -24,8 +24,8 @@ ROUNDING = 0.0001
 """What is left of it to the digits of the hand's file [m]."""
 RESERVE = 0.0003
 """How much of it is kept for the points of the skin between those that are looked at [m]."""
-POINTS, ADDED, CANDIDATES = 400, 150, 400
-"""Of the skin that are looked at first, those added of what is left bare, and centres: half a second a link."""
+POINTS, ADDED, CANDIDATES = 400, 400, 400
+"""Of the skin that are looked at first, those added of what is left bare, and centres."""
 BULGE = 0.6
 """How far spheres may bulge, in half thicknesses of the link, if nothing is asked: 6 mm on an Allegro's finger."""
 THIN = 0.004
@@ -37,8 +37,6 @@ OFF_AXIS = 1.1
 SHY = 0.001 * np.arange(8, -9, -2)
 """How far spheres stay behind a pad where it looks [m]: as plans leave between links and object at contact, or as near
 to that as still covers. A sphere beside a broad pad would else keep it off the object."""
-GAP, NODES = 0.15, 50
-"""Where the integer program ends: this near the best bound, or after so many nodes."""
 DIRECTIONS = 200
 """In which the bulge of a sphere is measured."""
 
@@ -71,16 +69,17 @@ def cover(skin: Array, bulge: float | None = None, pad: Pad | None = None, on_ax
     solid = Solid(skin)
     bulge = max(THIN, BULGE * solid.thickness / 2) if bulge is None else bulge
     given = [Ball(pad.centre, pad.radius)] if pad else []
-    points, balls = _spread(skin, POINTS), []
+    open_skin = skin[_gaps(skin, given) > OUTSIDE - ROUNDING]
+    points = _spread(skin, POINTS)
     points = points[_gaps(points, given) > OUTSIDE - ROUNDING]
     centres, radii, costs = _candidates(solid, bulge, on_axes)
     radii = _behind(pad, points, centres, radii) if pad else radii
-    while len(points):
+    balls, bare = list[Ball](), points
+    while len(bare):
         balls = _chosen(points, centres, radii, costs)
-        bare = skin[_gaps(skin, [*balls, *given]) > OUTSIDE - ROUNDING]
-        if not len(bare):
-            break
-        points = np.vstack([points, _spread(bare, ADDED)])
+        bare = open_skin[_gaps(open_skin, balls) > OUTSIDE - ROUNDING]
+        points = np.vstack([points, _spread(bare, ADDED)]) if len(bare) else points
+    balls = _shrunk(open_skin, balls)
     return Cover(tuple(balls), float(_gaps(skin, [*balls, *given]).max()), _excess(solid, balls))
 
 
@@ -107,38 +106,28 @@ def _behind(pad: Pad, points: Array, centres: Array, radii: Array) -> Array:
 
 
 def _chosen(points: Array, centres: Array, radii: Array, costs: Array) -> list[Ball]:
-    """The cheapest candidates that cover all points, made as small as these allow."""
+    """The cheapest candidates that cover all points, and a sphere for each part that none covers."""
     distances = cdist(points, centres)
     covered = distances <= radii + OUTSIDE - RESERVE
     bare = ~covered.any(axis=1)
-    rows = LinearConstraint(np.unique(covered[~bare], axis=0).astype(float), lb=1)
-    found = milp(
-        costs,
-        constraints=rows,
-        integrality=np.ones(len(costs), int),
-        bounds=Bounds(0, 1),
-        options={"mip_rel_gap": GAP, "node_limit": NODES},
-    )
-    if found.x is None:
-        raise InputError("a link cannot be covered by spheres; look at its mesh")
-    chosen = np.flatnonzero(found.x > 0.5)
-    balls = _shrunk(distances[~bare][:, chosen], covered[~bare][:, chosen], centres[chosen])
-    return balls + _lone(points[bare])
+    chosen = cheapest(covered[~bare], costs) if not bare.all() else np.zeros(0, int)
+    return [Ball(centres[j], float(radii[j])) for j in chosen] + _lone(points[bare])
 
 
-def _shrunk(distances: Array, covered: BoolArray, centres: Array) -> list[Ball]:
-    """Spheres as small as the points allow that no other one covers, the one with the most points first."""
-    left, balls = covered.copy(), []
-    for j in np.argsort(-covered.sum(axis=0), kind="stable"):
-        others = np.delete(left, j, axis=1).any(axis=1)
-        own = left[:, j] & ~others
+def _shrunk(points: Array, balls: Sequence[Ball]) -> list[Ball]:
+    """The spheres, as small as the points allow that no other one covers, the one with the most points first."""
+    distances = cdist(points, np.array([ball.centre for ball in balls]).reshape(-1, 3))
+    left = distances <= np.array([ball.radius for ball in balls]) + OUTSIDE - ROUNDING
+    found = []
+    for j in np.argsort(-left.sum(axis=0), kind="stable"):
+        own = left[:, j] & (left.sum(axis=1) == 1)
         if not own.any():
             left[:, j] = False
             continue
-        radius = float(distances[own, j].max()) - OUTSIDE + RESERVE
-        left[:, j] = distances[:, j] <= radius + OUTSIDE - RESERVE
-        balls.append(Ball(centres[j], max(radius, OUTSIDE)))
-    return balls
+        radius = min(balls[j].radius, max(float(distances[own, j].max()) - OUTSIDE + RESERVE, OUTSIDE))
+        left[:, j] = distances[:, j] <= radius + OUTSIDE - ROUNDING
+        found.append(Ball(balls[j].centre, radius))
+    return found
 
 
 def _lone(points: Array) -> list[Ball]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.distance import cdist
 
 from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.hand.draft.body import Body
@@ -51,7 +52,7 @@ def _across_chains(body: Body) -> tuple[np.ndarray, np.ndarray]:
 def _gap(body: Body, first: np.ndarray, second: np.ndarray, joints: Array) -> Array:
     """The distances (P,) [m] between the centres."""
     centres = body.centres(joints)
-    return np.asarray(np.linalg.norm(centres[first] - centres[second], axis=1))
+    return np.asarray(cdist(centres, centres)[first, second])
 
 
 def _postures(body: Body, reference: Array) -> Array:
