@@ -18,8 +18,9 @@ ROBUST = Settings(
     closing=Closing(planned=True, c_freedom=0.3, margin=0.008),
     limits=Limits(
         force_min=4.0,
-        rotation_deg=10.0,
-        shift=0.01,
+        rotation_deg=2.0,
+        shift=0.003,
+        give=0.001,
         gain_min=100.0,
         gain_max=400.0,
         table_margin=0.012,
@@ -28,8 +29,9 @@ ROBUST = Settings(
     ),
 )
 """What held best in simulation: a surface that knows what the cameras saw through, more force and stiffness,
-reserves of friction and weight, the whole hand covered, the hand at first contact planned, within what its motors give,
-and a gap for an error of its place, in the place of E_uncer: that widened the gap where it could, this asks for it."""
+reserves of friction and weight, little motion to the equilibrium, the whole hand covered, the hand at first contact
+planned, within what its motors give, and a gap for an error of its place, in the place of E_uncer: that widened the gap
+where it could, this asks for it."""
 
 UNSURE = Smoothing(deviation=0.008)
 """The contact density counts on an error of the hand's place, too: with a calibrated deviation alone, 1 to 2 mm where

@@ -133,6 +133,8 @@ class Limits(Checked):
     """largest rotation of the object on its way to the equilibrium [deg]"""
     shift: Positive = 0.05
     """largest displacement of a contact on its way to the equilibrium [m]"""
+    give: NotNegative = 0.0
+    """displacement that is allowed for each newton of the object's weight, where that is more than `shift` [m/N]"""
     gain_min: Positive = 40.0
     """least gain [N/m] (release: clamped at 40)"""
     gain_max: Positive = 400.0

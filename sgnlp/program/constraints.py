@@ -225,17 +225,18 @@ def _bounds(s: Settings) -> dict[str, tuple[float, float]]:
 
 def _compliance(s: Settings) -> dict[str, tuple[float, float]]:
     """Those of a stable equilibrium that the contacts hold with enough force."""
-    limits, effort = s.limits, s.limits.effort
+    limits, effort, weight = s.limits, s.limits.effort, s.contact.mass * GRAVITY
+    shift = max(limits.shift, limits.give * weight)
     return {
         "stiffness": (limits.stiffness, inf),
         "rotation": (1 + 2 * cos(radians(limits.rotation_deg)), inf),
         "margin_initial": (limits.margin_initial, inf),
         "margin_equilibrium": (limits.margin_equilibrium, inf),
         "force": (limits.force_min, limits.force_max),
-        "shift": (-inf, limits.shift),
+        "shift": (-inf, shift),
         "equilibrium_table": (0.0, inf),
         # so that the weight moves the equilibrium by no more than the largest shift
-        "sag": (s.contact.mass * GRAVITY / limits.shift, inf),
+        "sag": (weight / shift, inf),
     } | ({"torque_equilibrium": (-effort, effort)} if effort > 0 else {})
 
 

@@ -11,7 +11,7 @@ CLEARANCE = 1e-3
 STABLE = 1e-4
 """By how much the least stiffness may be missed [N m], a fiftieth of its default."""
 TURNED = 1e-3
-"""By how much the trace of the least cosine may be missed: 0.2 degrees at 10 degrees."""
+"""By how much the trace of the least cosine may be missed: 0.2 degrees at 10 degrees, 0.7 at 2."""
 PRESS = 0.2
 """By how much a force may miss its bounds [N], a tenth of the paper's least force."""
 BALANCE = 1e-3

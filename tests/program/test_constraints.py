@@ -388,8 +388,18 @@ def test_too_much_force_and_too_much_shift_violate_their_upper_bounds(g):
 def test_the_sag_bound_keeps_the_weight_from_moving_the_object_farther_than_the_shift():
     sag = bound("sag", HEAVY)
     assert 0.2 * GRAVITY / sag.lower == pytest.approx(HEAVY.limits.shift)
+    assert bound("shift", HEAVY).upper == HEAVY.limits.shift
     assert sag.upper == inf
     assert bound("sag", SMALL).lower == 0.0
+
+
+def test_a_heavy_object_may_move_farther_in_proportion_to_its_weight():
+    limits = replace(HEAVY.limits, shift=0.003, give=0.001)
+    settings = replace(HEAVY, limits=limits, contact=replace(HEAVY.contact, mass=1.0))
+    assert bound("shift", settings).upper == pytest.approx(0.001 * GRAVITY)
+    assert bound("sag", settings).lower == pytest.approx(1000.0)
+    light = replace(settings, contact=replace(settings.contact, mass=0.2))
+    assert bound("shift", light).upper == 0.003
 
 
 def test_the_penalty_formulation_keeps_only_what_makes_it_well_posed():

@@ -23,7 +23,8 @@ from sgnlp.perception.observation import Observation
 CAMERAS = 2
 OFF = "0.3 kg, μ 0.6, 20 mm off"
 TRIALS = LOADS | {OFF: replace(LOADS["0.3 kg, μ 0.6"], place_error=0.02)}
-PREGRASP = {"closing.planned": False, "closing.c_freedom": 0.0, "limits.place_error": 0.0, "limits.effort": 0.0}
+MOVING = {"limits.rotation_deg": 10.0, "limits.shift": 0.01, "limits.give": 0.0}
+PREGRASP = MOVING | {"closing.planned": False, "closing.c_freedom": 0.0, "limits.place_error": 0.0, "limits.effort": 0.0}
 AT_CONTACT = PREGRASP | {"closing.planned": True}
 WITHIN = AT_CONTACT | {"limits.effort": 1.0}
 STEPS: Mapping[str, Mapping[str, Any]] = {
@@ -31,12 +32,13 @@ STEPS: Mapping[str, Mapping[str, Any]] = {
     "hand at contact": AT_CONTACT,
     "torques within the effort": WITHIN,
     "gap of 8 mm": WITHIN | {"limits.place_error": 0.008},
-    "c of each finger": {"limits.place_error": 0.008},
-    "gap of 16 mm": {},
-    "with E_uncer": {"weights.uncer": Weights().uncer, "smoothing.deviation": UNSURE.deviation},
-    "links 4 mm clear": {"closing.margin": 0.004},
+    "c of each finger": MOVING | {"limits.place_error": 0.008},
+    "gap of 16 mm": MOVING,
+    "with E_uncer": MOVING | {"weights.uncer": Weights().uncer, "smoothing.deviation": UNSURE.deviation},
+    "links 4 mm clear": MOVING | {"closing.margin": 0.004},
+    "little motion": {},
 }
-"""Each step's changes of the preset `robust`, which is "gap of 16 mm"."""
+"""Each step's changes of the preset `robust`, which is "little motion"."""
 
 
 def _step(name: str, settings: Settings) -> Settings:
