@@ -24,7 +24,8 @@ CAMERAS = 2
 OFF = "0.3 kg, μ 0.6, 20 mm off"
 TRIALS = LOADS | {OFF: replace(LOADS["0.3 kg, μ 0.6"], place_error=0.02)}
 MOVING = {"limits.rotation_deg": 10.0, "limits.shift": 0.01, "limits.give": 0.0}
-PREGRASP = MOVING | {"closing.planned": False, "closing.c_freedom": 0.0, "limits.place_error": 0.0, "limits.effort": 0.0}
+ALONE = {"closing.planned": False, "closing.c_freedom": 0.0, "limits.place_error": 0.0, "limits.effort": 0.0}
+PREGRASP = MOVING | ALONE
 AT_CONTACT = PREGRASP | {"closing.planned": True}
 WITHIN = AT_CONTACT | {"limits.effort": 1.0}
 STEPS: Mapping[str, Mapping[str, Any]] = {
