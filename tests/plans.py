@@ -11,6 +11,7 @@ SMALL_FLAGS = ["--gpis.surface-points", "60", "--gpis.interior-points", "15", "-
 SMALL_FLAGS += ["--closing.no-planned", "--closing.c-freedom", "0", "--limits.place-error", "0", "--limits.effort", "0"]
 SMALL_FLAGS += ["--contact.mass", "0", "--contact.samples", "4", "--closing.margin", "0.002"]
 SMALL_FLAGS += ["--weights.uncer", "20", "--smoothing.deviation", "0.008"]
+SMALL_FLAGS += ["--limits.rotation-deg", "10", "--limits.shift", "0.01", "--limits.give", "0"]
 
 
 @lru_cache

@@ -38,10 +38,10 @@ SMALL = replace(
     gpis=GpisSettings(surface_points=60, interior_points=15),
     contact=replace(ROBUST.contact, mass=0.0, samples=4),
     closing=Closing(),
-    limits=replace(ROBUST.limits, place_error=0.0, effort=0.0),
+    limits=replace(ROBUST.limits, place_error=0.0, effort=0.0, rotation_deg=10.0, shift=0.01, give=0.0),
 )
-"""The robust settings with every term, fewer points and samples, without weight, so that forces balance, and of the
-pregrasp alone."""
+"""The robust settings with every term, fewer points and samples, without weight, so that forces balance, of the
+pregrasp alone, and with room for a motion to the equilibrium."""
 REACHING = replace(
     SMALL, closing=Closing(planned=True, c_freedom=0.2), limits=replace(SMALL.limits, effort=1.0, place_error=0.004)
 )
