@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.optimize import minimize
+from scipy.optimize import lsq_linear, minimize
 
 from sgnlp.base.errors import InputError
 from sgnlp.perception.shape import Shape
@@ -26,9 +26,11 @@ def nearest(shape: Shape, point: np.ndarray) -> float:
     if shape.circular:
         bounds = [(-shape.half[0], shape.half[0])] * 2 + [(-shape.half[2], shape.half[2])]
         within = {"type": "ineq", "fun": lambda v: 1e3 * (shape.half[0] ** 2 - v[0] ** 2 - v[1] ** 2)}
+        start, options = np.zeros(3), {"bounds": bounds, "constraints": [within], "tol": 1e-14}
+        found = minimize(lambda v: 1e2 * ((v - u) ** 2).sum(), start, **options)
     else:
-        bounds, within = [(-h, h) for h in shape.half], {"type": "ineq", "fun": lambda v: 1.0}
-    found = minimize(lambda v: 1e2 * ((v - u) ** 2).sum(), np.zeros(3), bounds=bounds, constraints=[within], tol=1e-14)
+        half = np.array(shape.half) + 1e-9  # [m]: lower bounds are to be below upper ones, for a sphere too
+        found = lsq_linear(np.eye(3), u, (-half, half), tol=1e-14)
     return float(np.linalg.norm(found.x - u)) - shape.radius
 
 
