@@ -21,7 +21,7 @@ from scenes import (
 )
 from scipy.spatial.transform import Rotation
 
-from sgnlp.base.presets import PRESETS, ROBUST
+from sgnlp.base.presets import PRESETS
 from sgnlp.base.settings import Limits
 from sgnlp.hand.arm import load_arm
 from sgnlp.hand.kinematics import frames
