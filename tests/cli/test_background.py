@@ -20,6 +20,7 @@ from sgnlp.program import compiled
 WORKING = """
 import pathlib, signal, subprocess, sys, time
 signal.signal(signal.SIGINT, signal.default_int_handler)  # what a shell starts in the background ignores it
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # and what nohup starts this
 sys.path[:0] = {path!r}
 from sgnlp.cli import background
 background.NEARLY = {nearly}

@@ -530,7 +530,7 @@ def test_the_defaults_in_the_help_are_those_of_the_preset(capfd, preset):
 def test_the_settings_of_the_small_flags_are_those_of_the_shared_scene():
     gpis = replace(ROBUST.gpis, surface_points=60, interior_points=15, exterior_noise=0.2)
     contact = replace(ROBUST.contact, mass=0.0, samples=4)
-    limits = replace(ROBUST.limits, place_error=0.0, effort=0.0)
+    limits = replace(ROBUST.limits, place_error=0.0, effort=0.0, rotation_deg=10.0, shift=0.01, give=0.0)
     weights, smoothing = replace(ROBUST.weights, uncer=20.0), replace(ROBUST.smoothing, deviation=0.008)
     changed = {"gpis": gpis, "contact": contact, "closing": Closing(), "limits": limits}
     assert replace(ROBUST, **changed, weights=weights, smoothing=smoothing) == SMALL
