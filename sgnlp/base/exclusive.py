@@ -3,7 +3,7 @@
 import os
 import platform
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from filelock import FileLock, Timeout
@@ -33,11 +33,13 @@ def alone(folder: Path, flag: str) -> Iterator[None]:
     except (NotImplementedError, OSError):
         yield
         return
-    try:
+    with suppress(OSError):  # no room: the lock holds without a name
         holder.write_text(f"process {os.getpid()} on {platform.node()}", encoding="utf-8")
+    try:
         yield
     finally:
-        holder.unlink(missing_ok=True)
+        with suppress(OSError):
+            holder.unlink()
         lock.release()
 
 

@@ -1,6 +1,7 @@
 """Batches: the same result as one by one, every failure a row, nothing solved twice, nothing lost with a worker."""
 
 import csv
+import errno
 import json
 import math
 import os
@@ -424,6 +425,18 @@ def test_a_second_batch_in_a_folder_is_refused_by_the_name_of_the_first(here, ca
         assert f"choose another {flag}\n" in err
         assert not here
     assert command(*flags) == codes.FEASIBLE  # the first was killed
+
+
+def test_a_folder_is_locked_though_there_is_no_room_to_say_by_whom(here, capfd, monkeypatch):
+    def full(*_, **__):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_text", full)
+    with exclusive.alone(Path("results"), "--results"):
+        assert command(cloud("one"), "--starts", 2, *SMALL_FLAGS) == codes.BAD_INPUT
+    assert "'results' is in use by another command (which begins)" in capfd.readouterr().err
+    with exclusive.alone(Path("results"), "--results"):
+        assert not here
 
 
 def test_a_batch_may_write_its_table_among_the_results(here):
