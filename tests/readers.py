@@ -14,7 +14,7 @@ from sgnlp.base.settings import Settings
 from sgnlp.planning.batch import Task
 
 CHEAP = [*SMALL_FLAGS[:4], "--contact.samples", str(SMALL.contact.samples), "--solver.formulation", "constrained"]
-CHEAP += ["--starts", "1", "--jobs", "1", "--timeout", "3600"]
+CHEAP += ["--starts", "1", "--rounds", "1", "--jobs", "1", "--timeout", "3600"]
 """What makes a command cheap that plans."""
 COARSE = {"threshold": 0.01, "mcts_iterations": 5, "mcts_max_depth": 1, "resolution": 300}
 """CoACD's search for the pieces of a body, up to a centimetre, in a thirtieth of the time."""
@@ -40,7 +40,7 @@ def plans_are_cheap(monkeypatch: pytest.MonkeyPatch) -> None:
 
     @wraps(true)
     def solve(observation, hand="allegro_left", settings=ROBUST, **options):
-        return true(observation, hand, cheap(settings), **options | {"count": 1, "jobs": 1})
+        return true(observation, hand, cheap(settings), **options | {"count": 1, "jobs": 1, "rounds": 1})
 
     monkeypatch.setattr(sgnlp, "solve", solve)
     monkeypatch.setattr("sgnlp.planning.batch.Task", partial(Task, settings=cheap(ROBUST)))

@@ -76,7 +76,14 @@ def test_a_term_and_a_constraint_have_exact_derivatives_and_their_exact_value_in
 def plan() -> sgnlp.Plan:
     impossible = sgnlp.Constraint("impossible", lambda g, op: g.wrist_position[2], lower=5.0, unit="m")
     return sgnlp.solve(
-        observation(), hand(), ONE_PHASE, terms=[Reach(100.0)], constraints=[OVER, impossible], count=1, jobs=1
+        observation(),
+        hand(),
+        ONE_PHASE,
+        terms=[Reach(100.0)],
+        constraints=[OVER, impossible],
+        count=1,
+        jobs=1,
+        rounds=1,
     )
 
 

@@ -29,6 +29,8 @@ from sgnlp.planning.workers import Workers
 from sgnlp.show import tables
 
 MADE = "made.json"
+STUDY = ("seed", "starts", "first", "deadline", "rounds", "solver", "reading", "settings")
+"""The flags that the rows depend on."""
 
 
 @dataclass(kw_only=True)
@@ -127,7 +129,7 @@ class Batch(Abstaining, Ended, Extending, Surrounding, Tabling, Observing):
     def _made(self, hand: Hand) -> dict[str, Any]:
         """How the rows are made; they depend on `study` and on the clouds."""
         flags = {key: value for key, value in asdict(self).items() if key != "files"}
-        study = {key: flags[key] for key in ("seed", "starts", "first", "deadline", "solver", "reading", "settings")}
+        study = {key: flags[key] for key in STUDY}
         study |= {"hand": hand.name, "arm": told(hand), "surroundings": self.surroundings.plain()}
         plain = json.loads(json.dumps({"batch": flags, "study": study}, default=str))
         return made(**plain)

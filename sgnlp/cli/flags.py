@@ -19,7 +19,7 @@ from sgnlp.perception import clouds
 from sgnlp.perception.observation import PLAIN, Reading
 from sgnlp.planning import environment, results
 from sgnlp.planning.additions import NOTHING, Additions
-from sgnlp.planning.ending import Ending
+from sgnlp.planning.ending import ROUNDS, Ending
 from sgnlp.planning.extension import Extension, extension
 from sgnlp.planning.shape_files import load_shapes
 from sgnlp.planning.solvers import solver_named
@@ -102,17 +102,19 @@ class Abstaining:
 
 @dataclass(kw_only=True)
 class Ended:
-    """When an object's search ends before all of its starts have."""
+    """When an object's search ends."""
 
     first: Annotated[int | None, POSITIVE] = None
     """end when so many feasible grasps are known, counted in the order of the starts; if not given, try them all"""
     deadline: Annotated[float | None, POSITIVE] = None
     """end so long after the cloud was read, with the best known by then [s]"""
+    rounds: Annotated[int, POSITIVE] = ROUNDS
+    """where no start has ended feasible, try as many more, up to so many rounds of them"""
 
     @property
     def ending(self) -> Ending:
-        """The two together."""
-        return Ending(self.first, self.deadline)
+        """The three together."""
+        return Ending(self.first, self.deadline, self.rounds)
 
 
 @dataclass(kw_only=True)

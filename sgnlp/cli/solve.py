@@ -4,6 +4,8 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
+from itertools import count
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,7 @@ from rich.text import Text
 
 from sgnlp.cli import codes, compiling, lacks
 from sgnlp.cli.flags import Abstaining, Ended, Extending, Observing, Surrounding
-from sgnlp.cli.progress import bars
+from sgnlp.cli.progress import Bar, bars
 from sgnlp.hand.hand import Hand
 from sgnlp.perception.observation import Observation, load
 from sgnlp.planning import confidence, results
@@ -58,7 +60,7 @@ class Solve(Abstaining, Ended, Extending, Surrounding, Observing):
     ) -> int:
         show = not (self.json or self.quiet)
         with bars(console, show) as bar:
-            plan = self._plan(observation, hand, bar("solving starts", self.starts).advance)
+            plan = self._plan(observation, hand, self._advancing(bar("solving starts", self.starts)))
         outcome = plan.summary()
         results.save(plan.arrays(), outcome, folder, plan.histories(), plan.motion_files())
         pages = []
@@ -78,6 +80,16 @@ class Solve(Abstaining, Ended, Extending, Surrounding, Observing):
             console.print(Text.assemble(("abstained:", "red"), f" {said}"), soft_wrap=True)
         return codes.FEASIBLE if plan.best and not refusal else codes.NONE_FEASIBLE
 
+    def _advancing(self, bar: Bar) -> Callable[[object], None]:
+        """Moves a bar by one start. Its total is that of the rounds that have begun."""
+        done = count(1)
+
+        def advance(result: object) -> None:
+            number = next(done)
+            bar.move(number, self.starts * ceil(number / self.starts))
+
+        return advance
+
     def _plan(self, observation: Observation, hand: Hand, progress: Callable[[object], None]) -> Plan:
         around = self.surroundings
         return solve(
@@ -95,6 +107,7 @@ class Solve(Abstaining, Ended, Extending, Surrounding, Observing):
             timeout=self.timeout,
             first=self.first,
             deadline=self.deadline,
+            rounds=self.rounds,
             progress=progress,
         )
 
@@ -124,7 +137,7 @@ def _show(
 def _next(plan: Plan, folder: Path) -> list[str]:
     """What to do now."""
     if plan.best is None:
-        return ["next:  --solver.formulation elastic tells by how much constraints are missed; --starts 20 tries more"]
+        return ["next:  --solver.formulation elastic tells by how much constraints are missed; --rounds 20 tries more"]
     return [
         f"next:  sgnlp view {folder}      look at the grasp",
         f"       sgnlp report {folder}    read about it",

@@ -28,6 +28,9 @@ from sgnlp.planning.solvers import settled
 from sgnlp.planning.surroundings import NOWHERE, Surroundings
 from sgnlp.planning.workers import Workers, each, one_at_a_time
 
+LIMITS = ("timeout", "first", "deadline")
+"""What a result does not depend on if no start was stopped or left out."""
+
 
 @dataclass(frozen=True)
 class Task:
@@ -170,7 +173,7 @@ def _row(file: Path, grasps: Grasps, *, reused: bool = False, failure: str = "")
     """The row of grasps, best first; `failure` is why starts gave none."""
     meta = grasps.meta
     seconds = meta["seconds"]["fit"] + meta["seconds"]["solve"]
-    row = Row(meta["object"], str(file), starts=meta["starts"], seconds=seconds, reused=reused, failure=failure)
+    row = Row(meta["object"], str(file), starts=meta["tried"], seconds=seconds, reused=reused, failure=failure)
     if not len(grasps):
         return row
     return replace(
@@ -212,7 +215,7 @@ def _known(folder: Path, expected: dict[str, Any], digest: tuple[str] | str) -> 
         results.load_summary(folder, grasps)
     except InputError:
         return None
-    if len(grasps) == expected["starts"]:  # no start was stopped, so that their limit does not matter
-        expected = {key: value for key, value in expected.items() if key not in ("timeout", *asdict(Ending()))}
+    if len(grasps) == grasps.meta.get("tried"):  # no start was stopped, so that their limits do not matter
+        expected = {key: value for key, value in expected.items() if key not in LIMITS}
     same = all(grasps.meta.get(key) == value for key, value in expected.items())
     return grasps if same and len(grasps) else None

@@ -1,4 +1,4 @@
-"""When a search for grasps ends before all of its starts have: with enough of them, or at a deadline."""
+"""When a search for grasps ends: after the round that gave one, with enough of them, or at a deadline."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -9,6 +9,9 @@ from sgnlp.planning.solution import Solution
 
 ENOUGH = "left out: enough grasps were found"
 """Why a start was not solved, or its solution not kept."""
+ROUNDS = 5
+"""Of starts at most. From one view of a tuning object the first feasible start is the thirtieth, in the fifth round of
+seven (cracker_2); two other objects have none in eight rounds, and each round takes as long as the first."""
 LEFT = (ENOUGH, TOO_LATE)
 """Why a start gave no solution that can still be tried."""
 
@@ -17,17 +20,24 @@ LEFT = (ENOUGH, TOO_LATE)
 class Ending:
     """A search ends when the first starts, in their order, have given `first` feasible grasps, or at the deadline.
 
-    Starts end in any order. That they count in their own makes the result the same for any number of processes.
+    Starts are solved in rounds, as many in each as are asked for. Where none of them has ended feasible, the next round
+    follows, up to `rounds` of them. Starts end in any order. That they count in their own makes the result the same for
+    any number of processes.
     """
 
     first: int | None = None
     deadline: float | None = None  # [s] from the call
+    rounds: int = ROUNDS
 
     def __post_init__(self) -> None:
-        """Also that both can be met."""
-        for name, value in (("first", self.first), ("deadline", self.deadline)):
+        """Also that all can be met."""
+        for name, value in (("first", self.first), ("deadline", self.deadline), ("rounds", self.rounds)):
             if value is not None and not value > 0:
                 raise InputError(f"{name} must be positive, not {value:g}")
+
+    def totals(self, count: int) -> list[int]:
+        """The number of starts after each round of `count`."""
+        return [count * (i + 1) for i in range(self.rounds)]
 
     def kept(self, results: Iterable[Solution | Failure], order: Sequence[int]) -> list[Solution | Failure] | None:
         """The results that count, of starts in this `order`, if there are enough feasible grasps; None if not yet."""
@@ -40,3 +50,12 @@ class Ending:
             if found == self.first:
                 return kept + [Failure(index, ENOUGH) for index in order[len(kept) :]]
         return None
+
+
+def hopeful(results: Iterable[Solution | Failure]) -> bool:
+    """Whether more starts may give what these did not: some have solutions, but none a feasible one.
+
+    Where all have failed, a solver that refuses the program or a limit that is too short will fail the others, too.
+    """
+    solutions = [result for result in results if isinstance(result, Solution)]
+    return bool(solutions) and not any(solution.feasible for solution in solutions)

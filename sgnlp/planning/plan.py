@@ -2,7 +2,7 @@
 
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
-from math import isfinite
+from math import ceil, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +42,7 @@ class Plan:
     problem: Problem
     solutions: tuple[Solution, ...]
     failures: tuple[Failure, ...]
+    count: int  # of the starts of a round
     seed: int
     jobs: int
     timeout: float
@@ -50,13 +51,22 @@ class Plan:
     solver: Solver = field(default_factory=Ipopt)
     given: Surroundings = NOWHERE  # what the user told of, beside what the observation has seen
     ending: Ending = field(default_factory=Ending)
-    count: int = 0  # of the starts that were asked for
     replanned: str = ""  # "moved" or "fitted" of a plan carried over from another one: its surface was
 
     @property
     def tolerance(self) -> float:
         """What the solver was asked for."""
         return self.solver.tolerance or self.problem.settings.solver.tolerance
+
+    @property
+    def tried(self) -> int:
+        """The number of starts in all rounds, with those that gave none or were left out."""
+        return len(self.solutions) + len(self.failures)
+
+    @property
+    def rounds(self) -> int:
+        """How many rounds of starts were begun."""
+        return ceil(self.tried / self.count)
 
     @property
     def best(self) -> Solution | None:
@@ -87,7 +97,8 @@ class Plan:
             "settings": asdict(self.problem.settings, dict_factory=_plain),
             "surroundings": self.given.plain(),
             "seed": self.seed,
-            "starts": len(self.solutions) + len(self.failures),
+            "starts": self.count,
+            "tried": self.tried,
             "timeout": self.timeout,
             **asdict(self.ending),
             "replanned": self.replanned,

@@ -101,7 +101,7 @@ def _asked(plan: Plan) -> Asked:
     """What the plan was asked for, but for its end."""
     problem = plan.problem
     given = problem.hand, problem.settings, plan.given, problem.additions, plan.extension
-    return Asked(*given, plan.count, plan.seed, plan.jobs, plan.timeout, Ending())
+    return Asked(*given, plan.count, plan.seed, plan.jobs, plan.timeout, Ending(rounds=plan.ending.rounds))
 
 
 def _known(problem: Problem) -> Known | None:

@@ -29,7 +29,7 @@ SUMMARY = "summary.json"
 HISTORY = "history.npz"
 MOTION = ("trajectory.npz", "trajectory.json", "trajectory.yaml", "grasp.yaml", "pregrasp.yaml")
 """The files of the motion of the best grasp, if one is feasible."""
-RUN = ("object", "input_digest", "settings", "seed", "starts", "seconds")
+RUN = ("object", "input_digest", "settings", "seed", "starts", "tried", "seconds")
 """What tells one run from another: its input, and the wall times to the last digit."""
 NAMED = 3
 """Differences that are named where rows of other settings are refused."""

@@ -14,7 +14,7 @@ from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation
 from sgnlp.perception.shape import Shape
 from sgnlp.planning.additions import Additions
-from sgnlp.planning.ending import ENOUGH, LEFT, Ending
+from sgnlp.planning.ending import ENOUGH, LEFT, ROUNDS, Ending, hopeful
 from sgnlp.planning.extension import Extension
 from sgnlp.planning.faraway import moved_cloud, moved_hand, moved_problem, origin
 from sgnlp.planning.plan import Plan
@@ -51,6 +51,7 @@ class Asked:
         return Plan(
             seen,
             *found,
+            self.count,
             self.seed,
             self.jobs,
             self.timeout,
@@ -59,7 +60,6 @@ class Asked:
             solver,
             self.given,
             self.ending,
-            self.count,
             how,
         )
 
@@ -86,6 +86,7 @@ def solve(
     timeout: float = 60.0,
     first: int | None = None,
     deadline: float | None = None,
+    rounds: int = ROUNDS,
     progress: Callable[[Result], None] = lambda result: None,
 ) -> Plan:
     """Plan compliant pregrasps for an observation.
@@ -105,7 +106,7 @@ def solve(
         solver: in the place of Ipopt as the settings have it: a name of `sgnlp solvers`, or an object of yours.
         kernel: of the surface, a subclass of `sgnlp.Kernel`; in the place of that of the settings.
         extension: what a file adds to all of these, from `sgnlp.extension`.
-        count: number of starts; the first are those of the hand's file.
+        count: number of starts of a round; the first are those of the hand's file.
         seed: of the training set and of the starts beyond the file's. The same seed gives the same result.
         jobs: worker processes; the result does not depend on it.
         timeout: wall-clock limit of a start [s].
@@ -113,6 +114,8 @@ def solve(
             not depend on `jobs`; None for all.
         deadline: end so long after the call [s], with the best known by then; None for never. Fitting the surface, and
             building the functions of the first plan of a process, are not interrupted.
+        rounds: where some starts have ended, but none feasible, try `count` more, up to so many rounds. 1 tries no
+            more.
         progress: called with each result as it comes.
 
     Raises:
@@ -126,7 +129,8 @@ def solve(
     additions = additions.and_of(extension.additions()) if extension else additions
     hand = load_hand(hand, settings.spheres) if isinstance(hand, str) else hand
     given = Surroundings(tuple(obstacles), tuple(avoid), tuple(touch))
-    asked = Asked(hand, settings, given, additions, extension, count, seed, jobs, timeout, Ending(first, deadline))
+    ending = Ending(first, deadline, rounds)
+    asked = Asked(hand, settings, given, additions, extension, count, seed, jobs, timeout, ending)
     return planned(observation, asked, progress)
 
 
@@ -154,16 +158,28 @@ def searched(
     solver = settled(asked.additions.solver, asked.settings.solver)
     search = Search(*near, solver, asked.count, asked.seed, asked.jobs, asked.timeout)
     fitted, deadline = time.perf_counter(), asked.ending.deadline
-    results: list[Result] = []
-    with closing(search.results(until=inf if deadline is None else begin + deadline)) as ended:
-        for result in ended:
-            progress(result)
-            results.append(result)
-            if kept := asked.ending.kept(results, search.order):
-                results = kept
-                break
+    until = inf if deadline is None else begin + deadline
+    search, results = _rounds(search, asked.ending, until, progress)
     seconds = {"fit": fitted - begin, "solve": time.perf_counter() - fitted}
     return asked.plan(observation, search.found(results), seconds, solver)
+
+
+def _rounds(
+    search: Search, ending: Ending, until: float, progress: Callable[[Result], None]
+) -> tuple[Search, list[Result]]:
+    """The search with the starts of all rounds that were needed, and the result of each."""
+    results: list[Result] = []
+    for total in ending.totals(search.count):
+        search = replace(search, count=total)
+        with closing(search.results({result.start for result in results}, until)) as ended:
+            for result in ended:
+                progress(result)
+                results.append(result)
+                if kept := ending.kept(results, search.order):
+                    return search, kept
+        if not hopeful(results) or time.perf_counter() >= until:
+            break
+    return search, results
 
 
 def improve(plan: Plan, count: int = 0) -> Iterator[Plan]:
@@ -174,7 +190,7 @@ def improve(plan: Plan, count: int = 0) -> Iterator[Plan]:
 
     Args:
         plan: of `sgnlp.solve`, that ended with its `first` grasps or at its `deadline`.
-        count: number of starts in all, if it is more than the plan's.
+        count: number of starts in all, if it is more than the plan has tried.
 
     Raises:
         InputError: `count` is negative.
@@ -182,22 +198,25 @@ def improve(plan: Plan, count: int = 0) -> Iterator[Plan]:
     if count < 0:
         raise InputError(f"count {count} must not be negative")
     begin, middle = time.perf_counter() - plan.seconds["solve"], origin(plan.observation)
-    far, count = bool(middle.any()), max(count, plan.count)
+    far, begun, count = bool(middle.any()), max(count, plan.tried), max(count, plan.count)
     problem = moved_problem(plan.problem, -middle) if far else plan.problem
     cloud = moved_cloud(plan.observation, -middle) if far else plan.observation
-    search = Search(problem, cloud, middle, plan.solver, count, plan.seed, plan.jobs, plan.timeout)
     known: list[Result] = [*plan.solutions]
     known += [f for f in plan.failures if f.reason not in (*LEFT, OUT_OF_REACH)]
+    reasons = {f.start: f.reason for f in plan.failures if f.reason in LEFT}
     results: list[Result] = []
-    left = dict.fromkeys(search.order, ENOUGH) | {f.start: f.reason for f in plan.failures if f.reason in LEFT}
-    for result in known:
-        left.pop(result.start)
-    with closing(search.results({result.start for result in known})) as ended:
-        for result in ended:
-            results.append(result)
-            del left[result.start]
-            waiting = [Failure(index, reason) for index, reason in left.items()]
-            _, solutions, failures = search.found(results, [*known, *waiting])
-            seconds = plan.seconds | {"solve": time.perf_counter() - begin}
-            now = replace(plan, solutions=solutions, failures=failures, seconds=seconds)
-            yield replace(now, ending=plan.ending if left else Ending(), count=count)
+    for total in [begun, *(more for more in plan.ending.totals(count) if more > begun)]:
+        search = Search(problem, cloud, middle, plan.solver, total, plan.seed, plan.jobs, plan.timeout)
+        done = {result.start for result in (*known, *results)}
+        left = {index: reasons.get(index, ENOUGH) for index in search.order if index not in done}
+        with closing(search.results(done)) as ended:
+            for result in ended:
+                results.append(result)
+                del left[result.start]
+                waiting = [Failure(index, reason) for index, reason in left.items()]
+                _, solutions, failures = search.found(results, [*known, *waiting])
+                seconds = plan.seconds | {"solve": time.perf_counter() - begin}
+                now = replace(plan, solutions=solutions, failures=failures, seconds=seconds, count=count)
+                yield replace(now, ending=plan.ending if left else Ending(rounds=plan.ending.rounds))
+        if not hopeful((*known, *results)):
+            return

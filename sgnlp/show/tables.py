@@ -67,10 +67,9 @@ def pose_lines(plan: Plan, s: Solution) -> list[str]:
 
 def headline(plan: Plan) -> str:
     """One line: how many starts, how many feasible, how long."""
-    count = len(plan.solutions) + len(plan.failures)
     feasible = sum(s.feasible for s in plan.solutions)
     seconds = sum(plan.seconds.values())
-    return f"{plan.observation.name}: {feasible} of {count} starts feasible in {seconds:.1f} s"
+    return f"{plan.observation.name}: {feasible} of {plan.tried} starts feasible in {seconds:.1f} s"
 
 
 def hands_table(hands: Sequence[Listing]) -> Table:

@@ -64,6 +64,10 @@ def save(file: str, /, **arrays: object) -> str:
     return file
 
 
+ONE_ITERATION = ["--starts", 1, "--rounds", 1, "--solver.max-iterations", 1]
+"""The flags of a plan that is quick and not feasible."""
+
+
 def solve(*arguments: object) -> int:
     return run(["solve", *map(str, arguments)])
 
@@ -115,18 +119,19 @@ def test_quiet_prints_nothing_and_a_few_invalid_points_are_dropped_and_counted(w
 
 def test_it_ends_with_1_where_no_start_is_feasible_and_says_what_fails(cloud, capfd):
     force = ["--limits.force-min", 1000, "--limits.force-max", 2000]  # gains end at 400 N/m
-    assert solve(cloud, *force, "--starts", 1, "--solver.max-iterations", 20, *SMALL_FLAGS) == codes.NONE_FEASIBLE
+    few = ["--starts", 1, "--rounds", 2, "--solver.max-iterations", 20]
+    assert solve(cloud, *force, *few, *SMALL_FLAGS) == codes.NONE_FEASIBLE
     out = capfd.readouterr().out
-    assert "ellipsoid: 0 of 1 starts feasible" in out
+    assert "ellipsoid: 0 of 2 starts feasible" in out
     summary = json.loads(Path("results/ellipsoid/summary.json").read_text(encoding="utf-8"))
     assert summary["best"] is None
-    assert "force" in summary["starts_table"][0]["violated"]
+    assert all("force" in start["violated"] for start in summary["starts_table"])
     assert not load_grasps("results/ellipsoid").feasible.any()
 
 
 def test_the_flags_of_settings_reach_the_plan_and_a_preset_is_their_beginning(cloud, workplace):
     flags = ["--preset", "paper", "--weights.reg", 20, "--contact.friction", 0.8, "--rank-by", "energy", "--seed", 5]
-    solve(cloud, "--quiet", "--starts", 1, "--solver.max-iterations", 1, *flags, *SMALL_FLAGS)
+    solve(cloud, "--quiet", *ONE_ITERATION, *flags, *SMALL_FLAGS)
     meta = load_grasps("results/ellipsoid").meta
     assert meta["seed"] == 5
     assert meta["settings"]["weights"]["reg"] == 20
@@ -145,7 +150,7 @@ def test_the_same_seed_gives_the_same_result_bit_for_bit_whatever_the_jobs(cloud
 
 
 def test_the_views_that_are_named_are_used(capfd):
-    solve(ORANGE, "--views", 0, 2, "--quiet", "--starts", 1, "--solver.max-iterations", 1, *SMALL_FLAGS)
+    solve(ORANGE, "--views", 0, 2, "--quiet", *ONE_ITERATION, *SMALL_FLAGS)
     notes = json.loads(Path("results/orange_0/summary.json").read_text(encoding="utf-8"))["notes"]
     assert any("belong to views that were not chosen" in note for note in notes)
     assert capfd.readouterr() == ("", "")
@@ -153,7 +158,7 @@ def test_the_views_that_are_named_are_used(capfd):
 
 def test_an_old_result_is_replaced(cloud):
     for seed in (3, 4):
-        solve(cloud, "--quiet", "--seed", seed, "--starts", 1, "--solver.max-iterations", 1, *SMALL_FLAGS)
+        solve(cloud, "--quiet", "--seed", seed, *ONE_ITERATION, *SMALL_FLAGS)
         assert load_grasps("results/ellipsoid").meta["seed"] == seed
     assert len(tree(Path("results/ellipsoid"))) == 3
 
@@ -367,7 +372,7 @@ def test_a_pickled_payload_works_where_it_is_let_in():
 
 def test_a_result_that_cannot_be_put_in_place_is_refused_in_one_line(capfd, cloud):
     (Path("here") / results.GRASPS).mkdir(parents=True)
-    code = solve(cloud, "--out", "here", "--starts", 1, "--solver.max-iterations", 1, *SMALL_FLAGS)
+    code = solve(cloud, "--out", "here", *ONE_ITERATION, *SMALL_FLAGS)
     assert_refused(capfd, code, "'here/grasps.npz' cannot be written")
     assert tree(Path("here")) == {"here/grasps.npz"}
 

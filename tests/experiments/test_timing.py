@@ -32,7 +32,7 @@ def test_every_object_is_planned_for_with_one_start_and_with_all_by_both():
 def test_the_first_plan_which_builds_the_functions_is_not_timed(monkeypatch):
     asked = []
 
-    def planned(setup, file, condition, views):
+    def planned(setup, file, condition, views, rounds):
         asked.append(setup.starts)
         solutions = [SimpleNamespace(feasible=start > 0) for start in range(setup.starts)]
         seconds = {"fit": 0.5, "solve": float(len(asked))}

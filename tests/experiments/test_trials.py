@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from sgnlp.experiments.studies import comparison, trials, weights
 from sgnlp.experiments.studies.study import Setup
 from sgnlp.experiments.studies.trials import LOADS, NO_PLAN, Condition, Row
 from sgnlp.perception.observation import load
+from sgnlp.planning.ending import ROUNDS
 from sgnlp.simulation import Command
 from sgnlp.simulation.judge import judge
 
@@ -74,6 +76,15 @@ def test_a_plan_without_a_feasible_grasp_is_a_trial_that_failed():
     found = trials.trial(setup(), CAN, Condition("none", 1, impossible), ["0"])
     assert [(r.ending, r.score, r.feasible) for r in found] == [(NO_PLAN, 0.0, 0)] * 2
     assert all(math.isnan(r.rise_mm) for r in found)
+    assert {(r.starts, r.rounds) for r in found} == {(1, ROUNDS)}
+
+
+def test_starts_that_were_tried_after_the_first_round_are_not_counted_among_the_feasible_ones():
+    seen = SimpleNamespace(name="can", half="tuning")
+    known = {"observation": seen, "solutions": (SimpleNamespace(feasible=True),), "seconds": {"solve": 1.0}}
+    plans = [SimpleNamespace(**known, count=2, rounds=rounds, best=None) for rounds in (1, 2)]
+    counted = [trials.told(plan, Condition("none", 1), ["0"]) for plan in plans]
+    assert [(told["starts"], told["feasible"], told["rounds"]) for told in counted] == [(2, 1, 1), (2, 0, 2)]
 
 
 def test_the_views_are_one_camera_the_other_two_or_all():

@@ -1,7 +1,7 @@
 """Searches that end with enough grasps or at a deadline, and that go on afterwards."""
 
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
 
@@ -12,12 +12,13 @@ from hypothesis import strategies as st
 from processes import hang, wait_for
 from scenes import SMALL, hand, observation, posed
 
-from sgnlp.base.errors import InputError
+from sgnlp.base.errors import InputError, SolverError
 from sgnlp.base.settings import Solver
 from sgnlp.planning.ending import ENOUGH, Ending
 from sgnlp.planning.faraway import moved_cloud
 from sgnlp.planning.plan import Plan
-from sgnlp.planning.pool import TOO_LATE, Failure, map_starts
+from sgnlp.planning.planner import Planner
+from sgnlp.planning.pool import TOO_LATE, Failure, map_starts, solve_start
 from sgnlp.planning.solution import Solution
 from sgnlp.planning.solve import improve, solve
 from sgnlp.planning.starts import Start, starts
@@ -130,6 +131,63 @@ def test_what_ended_before_the_deadline_is_kept(monkeypatch, tmp_path, fault):
     assert list(found) == [0, Failure(1, TOO_LATE), Failure(2, TOO_LATE)]
 
 
+def fail(planner: Planner, start: Start) -> Solution:
+    raise SolverError("it refuses the program")
+
+
+@dataclass(frozen=True)
+class Failing:
+    """Solves a start; those before the given one end infeasible."""
+
+    until: int
+
+    def __call__(self, planner: Planner, start: Start) -> Solution:
+        found = solve_start(planner, start)
+        return found if start.index >= self.until else replace(found, checks=(replace(found.checks[0], passed=False),))
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_where_a_round_gives_no_feasible_grasp_the_next_one_follows(whole, monkeypatch, jobs):
+    monkeypatch.setattr("sgnlp.planning.pool.solve_start", Failing(2))
+    tried = []
+    plan = solve(observation(), hand(), SMALL, count=1, jobs=jobs, rounds=STARTS + 2, progress=tried.append)
+    assert [s.feasible for s in plan.solutions] == [True, False, False]
+    assert [result.start for result in tried] == [0, 1, 2]
+    third = next(s for s in whole.solutions if s.start == 2)
+    assert same(replace(plan, solutions=plan.solutions[:1]), replace(whole, solutions=(third,)))
+    assert (plan.meta()["starts"], plan.meta()["tried"], plan.meta()["rounds"]) == (1, 3, STARTS + 2)
+
+
+@pytest.mark.parametrize(("rounds", "tried"), [(1, 2), (2, 4)])
+def test_no_more_rounds_are_tried_than_asked_for(monkeypatch, rounds, tried):
+    monkeypatch.setattr("sgnlp.planning.pool.solve_start", Failing(100))
+    plan = solve(observation(), hand(), SMALL, count=2, jobs=2, rounds=rounds)
+    assert plan.best is None
+    assert sorted(s.start for s in plan.solutions) == list(range(tried))
+
+
+def test_a_search_that_goes_on_has_the_rounds_of_the_whole_plan(whole, monkeypatch):
+    monkeypatch.setattr("sgnlp.planning.pool.solve_start", Failing(2))
+    plan = solve(observation(), hand(), SMALL, count=1, jobs=1, rounds=1)
+    *_, more = improve(replace(plan, ending=Ending(rounds=5)))
+    assert (more.tried, more.count, more.best.start) == (3, 1, 2)
+    assert not list(improve(more))
+
+
+def test_no_round_follows_one_of_which_every_start_failed(monkeypatch):
+    monkeypatch.setattr("sgnlp.planning.pool.solve_start", fail)
+    plan = solve(observation(), hand(), SMALL, count=2, jobs=1)
+    assert [failure.start for failure in plan.failures] == [0, 1]
+    assert not plan.solutions
+
+
+def test_no_round_begins_after_the_deadline(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sgnlp.planning.pool.solve_start", hang)
+    plan = solve(observation(), hand(), SMALL, count=1, jobs=1, deadline=1.0, rounds=3)
+    assert plan.failures == (Failure(0, TOO_LATE),)
+
+
 BAD = [(0, None, "first"), (None, 0.0, "deadline"), (None, -1.0, "deadline")]
 
 
@@ -137,3 +195,8 @@ BAD = [(0, None, "first"), (None, 0.0, "deadline"), (None, -1.0, "deadline")]
 def test_an_end_that_comes_before_the_beginning_is_refused(first, deadline, named):
     with pytest.raises(InputError, match=f"{named} must be positive"):
         solve(observation(), hand(), SMALL, first=first, deadline=deadline)
+
+
+def test_a_search_without_a_round_is_refused():
+    with pytest.raises(InputError, match="rounds must be positive"):
+        solve(observation(), hand(), SMALL, rounds=0)

@@ -96,7 +96,7 @@ def test_counts_and_notes_are_those_of_the_plan(plan):
 def test_a_start_that_failed_is_told_with_its_reason(plan):
     found = replace(plan, failures=(FAILURE,)).summary()
     assert found["starts_table"][-1] == {"start": 7, "failure": "stopped after 1 s"}
-    assert found["starts"] == len(plan.solutions) + 1
+    assert found["tried"] == len(plan.solutions) + 1
     assert found["feasible"] == len(plan.solutions)
 
 

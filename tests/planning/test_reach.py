@@ -70,7 +70,7 @@ def test_an_arm_moves_with_a_cloud_that_lies_far_from_the_origin():
     seen, shift = observation(), np.array([1000.0, -500.0, 20.0])
     moved = replace(seen, points=seen.points + shift, table_height=seen.table_height + shift[2])
     hand = load_hand("allegro_left", "paper", "panda", (shift - np.array([0.5, 0.0, 0.0])).tolist())
-    plan = solve(moved, hand, impossible(LEAN), count=1, jobs=1)
+    plan = solve(moved, hand, impossible(LEAN), count=1, jobs=1, rounds=1)
     (found,) = plan.solutions
     assert np.linalg.norm(found.wrist[:3] - shift) < 0.4
     error = next(check for check in found.checks if check.name == "wrist").value

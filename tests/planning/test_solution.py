@@ -348,7 +348,7 @@ def test_ties_go_to_the_earlier_start():
 
 
 def plan(*solutions: SimpleNamespace) -> Plan:
-    return Plan(None, posed(SMALL), solutions, (), 0, 1, 1.0, {})
+    return Plan(None, posed(SMALL), solutions, (), 1, 0, 1, 1.0, {})
 
 
 def test_the_best_is_the_first_feasible_solution_or_none():

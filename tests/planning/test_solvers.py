@@ -146,7 +146,7 @@ Signs = of_the_page()
 @pytest.fixture(scope="module")
 def lowered() -> Plan:
     """What the optimiser plans."""
-    return sgnlp.solve(observation(), hand(), PLAIN, solver=Signs(), count=2, jobs=2)
+    return sgnlp.solve(observation(), hand(), PLAIN, solver=Signs(), count=2, jobs=2, rounds=1)
 
 
 def test_an_optimiser_of_ten_lines_plans_like_any_other(lowered):
@@ -175,7 +175,7 @@ def test_what_a_solver_does_not_tell_of_its_way_is_missing_from_the_figure_alone
             answer = super().solve(nlp, x)
             return replace(answer, way={"obj": [nlp.objective(x), nlp.objective(answer.x)]})
 
-    plan = sgnlp.solve(observation(), hand(), PLAIN, solver=Told(), count=1, jobs=1)
+    plan = sgnlp.solve(observation(), hand(), PLAIN, solver=Told(), count=1, jobs=1, rounds=1)
     histories = plan.histories()
     assert len(histories["energy"]) == 2
     assert np.isnan(histories["primal"]).all()

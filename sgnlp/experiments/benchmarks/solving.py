@@ -80,8 +80,8 @@ def _pooled(bench: Bench) -> Iterator[Row]:
 
 
 def planned(bench: Bench, observation: Observation, count: int) -> Plan:
-    """The plan of one observation."""
-    return solve(observation, bench.hand, bench.settings, count=count, seed=bench.seed, jobs=bench.jobs)
+    """The plan of one observation, from one round of starts, feasible or not."""
+    return solve(observation, bench.hand, bench.settings, count=count, seed=bench.seed, jobs=bench.jobs, rounds=1)
 
 
 def whole(bench: Bench) -> Iterator[Row]:

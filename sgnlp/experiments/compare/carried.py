@@ -62,7 +62,7 @@ def rows_of(run: Run | None, first: Row) -> list[Row]:
         return [replace(first, load=load) for load in LOADS]
     observation, hand = load(run.file), load_hand(run.hand, run.settings.spheres)
     problem = build_problem(observation, hand, run.settings, run.seed)
-    plan = Plan(observation, problem, (solution,), (), run.seed, 1, run.limit, {})
+    plan = Plan(observation, problem, (solution,), (), 1, run.seed, 1, run.limit, {})
     outcomes = {name: carried_out(plan, settings) for name, settings in LOADS.items()}
     return [replace(first, load=name, ending=o.ending, score=o.score) for name, o in outcomes.items()]
 

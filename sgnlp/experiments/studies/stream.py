@@ -99,7 +99,7 @@ def trial(setup: Setup, file: Path, condition: Condition, views: list[str]) -> l
     """The rows of one object: of every step, and of those at which it was planned afresh."""
     hand, whole = load_hand(setup.hand, setup.settings.spheres), load(file)
     seed = setup.seed + crc32(whole.name.encode())
-    options = {"jobs": 1, "count": setup.starts, "seed": setup.seed, "timeout": setup.timeout}
+    options = {"jobs": 1, "count": setup.starts, "seed": setup.seed, "timeout": setup.timeout, "rounds": 1}
     plan = solve(cloud(whole, 0, seed, views), hand, setup.settings, **options)  # type: ignore[arg-type]
     if plan.best is None:
         return [Row(whole.name, REPLANNED, 0, whole.half, "", sum(plan.seconds.values()))]

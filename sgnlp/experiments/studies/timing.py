@@ -50,10 +50,10 @@ def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:
 
 def repeated(setup: Setup, file: Path, condition: Condition) -> list[Row]:
     """The rows of an object. An untimed plan of one start comes first; it builds what all plans share."""
-    planned(replace(setup, starts=1), file, condition, None)
+    planned(replace(setup, starts=1), file, condition, None, rounds=1)
     rows = []
     for repeat in range(REPEATS):
-        plan = planned(setup, file, condition, None)
+        plan = planned(setup, file, condition, None, rounds=1)
         key = (plan.observation.name, condition.name, setup.starts)
         rows.append(Row(*key, repeat, plan.seconds["fit"], plan.seconds["solve"], feasible(plan)))
     return rows

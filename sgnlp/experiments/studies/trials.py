@@ -17,6 +17,7 @@ from sgnlp.experiments.frames import Frame, Lines, percent, pick, sign_test, wil
 from sgnlp.experiments.studies.study import Case, Setup, view_sets
 from sgnlp.hand.hand import load_hand
 from sgnlp.perception.observation import Observation, load
+from sgnlp.planning.ending import ROUNDS
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.solve import solve
 from sgnlp.show.plots import Panel, Series
@@ -49,7 +50,10 @@ Work = Callable[[Setup, Path, Condition, list[str]], list[Any]]
 
 @dataclass(frozen=True)
 class Row:
-    """The first choice for one object in one condition under one load. Lengths in mm, force in N."""
+    """The first choice for one object in one condition under one load. Lengths in mm, force in N.
+
+    `starts` and `feasible` count the first round of starts alone, `rounds` those that were tried.
+    """
 
     object: str
     condition: str
@@ -78,6 +82,7 @@ class Row:
     pads_loaded: float = nan
     torque: float = nan  # the largest over the joint's effort, at the equilibrium
     joints_limited: float = nan  # share of the joints at their effort, at the equilibrium
+    rounds: int = 1
 
 
 def cases(
@@ -149,8 +154,9 @@ def told(plan: Plan, condition: Condition, views: list[str]) -> dict[str, Any]:
         "condition": condition.name,
         "half": plan.observation.half,
         "views": " ".join(views),
-        "starts": len(plan.solutions) + len(plan.failures),
-        "feasible": feasible(plan),
+        "starts": plan.count,
+        "feasible": feasible(plan) if plan.rounds == 1 else 0,
+        "rounds": plan.rounds,
         "seconds": plan.seconds["solve"],
     }
     if plan.best is not None:
@@ -158,11 +164,12 @@ def told(plan: Plan, condition: Condition, views: list[str]) -> dict[str, Any]:
     return found
 
 
-def planned(setup: Setup, file: Path, condition: Condition, views: list[str] | None) -> Plan:
+def planned(setup: Setup, file: Path, condition: Condition, views: list[str] | None, rounds: int = ROUNDS) -> Plan:
     """The plan for an object as some cameras see it, or all, made in one process."""
     settings = condition.change(setup.settings)
     hand, observation = load_hand(setup.hand, settings.spheres), load(file, views=views)
-    return solve(observation, hand, settings, jobs=1, count=setup.starts, seed=setup.seed, timeout=setup.timeout)
+    options = {"count": setup.starts, "seed": setup.seed, "timeout": setup.timeout, "rounds": rounds}
+    return solve(observation, hand, settings, jobs=1, **options)  # type: ignore[arg-type]
 
 
 def feasible(plan: Plan) -> int:

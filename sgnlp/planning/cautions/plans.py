@@ -49,11 +49,16 @@ def alike(contacts: Array) -> list[int]:
 
 def no_feasible(result: Planned) -> str:
     """No start ended feasible, or few did."""
-    count, all_ = int(result.grasps.feasible.sum()), int(result.grasps.meta["starts"])
+    count, all_ = int(result.grasps.feasible.sum()), _tried(result)
     if count == 0:
         return f"No start ended feasible: do not carry out what is shown, the least bad grasp.{_obstacles(result)}"
     few = f"Only {count} of {all_} starts ended feasible: the hand hardly reaches this object as it lies."
     return f"{few}{_obstacles(result)}" if count < FEASIBLE_SHARE * all_ else ""
+
+
+def _tried(result: Planned) -> int:
+    """The number of starts; those of which there are grasps, where nothing is said of others."""
+    return int(result.grasps.meta.get("tried", len(result.grasps)))
 
 
 def _obstacles(result: Planned) -> str:
@@ -66,7 +71,7 @@ def _obstacles(result: Planned) -> str:
 
 def stopped(result: Planned) -> str:
     """Starts that gave nothing."""
-    lost = int(result.grasps.meta["starts"]) - len(result.grasps)
+    lost = _tried(result) - len(result.grasps)
     return f"{lost} of the starts gave nothing: the table of starts says why." if lost else ""
 
 

@@ -99,7 +99,7 @@ def report(
 def lead(summary: Mapping[str, Any]) -> str:
     """How it ended, in a line."""
     first = summary["starts_table"][0]
-    found = f"{summary['feasible']} of {summary['starts']} starts feasible with {summary['hand']}"
+    found = f"{summary['feasible']} of {summary['tried']} starts feasible with {summary['hand']}"
     kind = "best" if first["feasible"] else "least bad"
     return f"{found}; the {kind} is start {first['start']}, worst margin {first['worst_margin']:.3f}."
 
