@@ -67,6 +67,10 @@ class Nlp:
     jets: ca.Function
 
 
+KEPT = 32
+"""Programs that a process keeps, of 9 to 18 MB each. A study or a batch of several presets, formulations and arms comes
+back to more than 8, and building one again takes half a second to a second."""
+
 FUNCTIONS = ("points", "objective", "gradient", "rows", "jacobian", "hessian", "terms", "jets")
 """The names of the functions of an `Nlp`."""
 
@@ -117,7 +121,7 @@ def frame(hand: Hand, structure: Structure, row_sizes: Sequence[int]) -> dict[st
     }
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=KEPT)
 def build(hand: Hand, structure: Structure) -> Nlp:
     """Build the functions of a hand and structure; the same ones give the same object."""
     hand, terms, constraints = structure.of(hand), structure.objective, structure.rows
