@@ -107,12 +107,10 @@ class Lifting:
     @cached_property
     def _values(self) -> tuple[ca.SX, set[int], ca.SX]:
         """All symbols, x first, their hashes, and their values, functions of x."""
-        symbols = ca.vertcat(self.x, *[symbol for symbol, _ in self._known])
-        within, values = {symbol.element_hash() for symbol in symbols.elements()}, self.x
-        for _, value in self._known:
-            parameters = _free(value, within)
-            known = ca.Function("value", [symbols[: values.numel()], *parameters], [value])
-            values = ca.vertcat(values, known(values, *parameters))
+        known, definitions = [symbol for symbol, _ in self._known], [ca.densify(value) for _, value in self._known]
+        symbols = ca.vertcat(self.x, *known)
+        found = ca.substitute_inplace(known, definitions, [], False)[0] if known else []
+        within, values = {symbol.element_hash() for symbol in symbols.elements()}, ca.vertcat(self.x, *found)
         return symbols, within, values
 
     @cached_property
