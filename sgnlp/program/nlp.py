@@ -69,7 +69,7 @@ class Nlp:
 
 KEPT = 32
 """Programs that a process keeps, of 9 to 18 MB each. A study or a batch of several presets, formulations and arms comes
-back to more than 8, and building one again takes half a second to a second."""
+back to more than 8, and building one again takes half a second."""
 
 FUNCTIONS = ("points", "objective", "gradient", "rows", "jacobian", "hessian", "terms", "jets")
 """The names of the functions of an `Nlp`."""
