@@ -23,6 +23,7 @@ from sgnlp import __version__
 from sgnlp.base.errors import MachineError, SgnlpError, gives_out
 from sgnlp.base.presets import PRESETS, VARIANTS
 from sgnlp.cli import codes, interrupts, streams
+from sgnlp.cli.parsing import parsed
 
 COMMANDS = {
     "solve": "sgnlp.cli",
@@ -58,7 +59,7 @@ def _parsed(arguments: list[str]) -> Any:
     preset = _preset(arguments)
     if arguments and arguments[0] in COMMANDS:
         chosen, prog = command(arguments[0]), f"sgnlp {arguments[0]}"
-        return tyro.cli(chosen, args=arguments[1:], prog=prog, default=beginning(chosen, preset))
+        return parsed(chosen, arguments[1:], prog, beginning(chosen, preset))
     all_ = [(command(name), name) for name in COMMANDS]
     each = [Annotated[c, tyro.conf.subcommand(name, default=beginning(c, preset))] for c, name in all_]
     any_: Any = reduce(operator.or_, each)

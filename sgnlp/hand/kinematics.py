@@ -15,7 +15,8 @@ import pinocchio as pin
 from sgnlp.base.arrays import Array
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.model import places
-from sgnlp.hand.placements import Backend, Chain, constant, motion_subspace, placements
+from sgnlp.hand.placement_functions import motion_subspace
+from sgnlp.hand.placements import Backend, Chain, constant, placements
 
 SERIES_TERMS = 16
 """Terms of the power series in θ². The remainder is under 1e-16 for |θ| ≤ 4 in the value and two derivatives."""

@@ -4,6 +4,7 @@ import functools
 from pathlib import Path
 from typing import Any, Protocol
 
+import coal
 import numpy as np
 import pinocchio as pin
 
@@ -36,11 +37,19 @@ class Described(Protocol):
         """Of the object, not of its values: what is read for it is read once."""
 
 
+@functools.cache
+def _loader() -> coal.MeshLoader:
+    """What reads a file once, while it does not change, for all links, hands and arms with it: 5-20 MB a hand."""
+    return coal.CachedMeshLoader()
+
+
 @functools.lru_cache(maxsize=4)
 def _geometry(hand: Described) -> pin.GeometryModel:
     """What the URDF shows."""
     try:
-        model = pin.buildGeomFromUrdfString(hand.model, hand.description, pin.GeometryType.VISUAL, package_dirs=[])
+        model = pin.buildGeomFromUrdfString(
+            hand.model, hand.description, pin.GeometryType.VISUAL, package_dirs=[], mesh_loader=_loader()
+        )
     except (ValueError, RuntimeError) as error:
         told = str(error).partition("message:")[2] or str(error)  # without the place in its source
         told = told.partition("Hint:")[0]

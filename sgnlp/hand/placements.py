@@ -17,6 +17,7 @@ import pinocchio as pin
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.hand import placement_functions
+from sgnlp.hand.placement_functions import motion_subspace
 
 Backend = Literal["pinocchio.casadi", "pinocchio (compiled)", "model walk"]
 BACKENDS: tuple[Backend, ...] = get_args(Backend)
@@ -74,16 +75,6 @@ def identity(using: Backend, *models: pin.Model) -> str:
     if using == "pinocchio (compiled)":
         return using + "".join(_text(model) for model in models)
     return f"{using} {pin.__version__}"
-
-
-def motion_subspace(model: pin.Model, joint: int) -> Array:
-    """The motion subspace (6,) of a joint with one coordinate, linear part first, the same at every angle.
-
-    That of a joint that mimics another is as long as the multiplier.
-    """
-    data = model.joints[joint].createData()
-    model.joints[joint].calc(data, np.zeros(model.nq))
-    return np.asarray(data.S).ravel()
 
 
 def constant(values: Array) -> ca.SX:

@@ -23,7 +23,7 @@ from sgnlp.hand.hand import Hand
 from sgnlp.hand.library import beside
 from sgnlp.hand.placements import identity
 from sgnlp.program import codegen, serialised
-from sgnlp.program.nlp import FUNCTIONS, Nlp, build, frame
+from sgnlp.program.nlp import FUNCTIONS, KEPT, Nlp, build, frame
 from sgnlp.program.structure import Structure
 
 FLAGS = ("-Og", "-ffp-contract=off")
@@ -47,7 +47,7 @@ def program(hand: Hand, structure: Structure, compiled: bool = True) -> Nlp:
     return (load(hand, structure) or interpreted(hand, structure)) if compiled else build(hand, structure)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=KEPT)
 def load(hand: Hand, structure: Structure) -> Nlp | None:
     """The compiled program from the cache; None if it is not there, is damaged or cannot be loaded."""
     hand, library = structure.of(hand), path(hand, structure)
@@ -64,7 +64,7 @@ def load(hand: Hand, structure: Structure) -> Nlp | None:
     return Nlp(**frame(hand, structure, sizes), **functions)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=KEPT)
 def interpreted(hand: Hand, structure: Structure) -> Nlp:
     """The program in CasADi's machine: its functions as the package carries or the cache keeps them, else built."""
     for content in _contents(hand, structure):

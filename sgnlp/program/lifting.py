@@ -13,6 +13,7 @@ into what it depends on, in M, in rows of Jacobians, and in the D of those that 
 This is the chain rule, so that the result equals that of differentiating the substituted expression.
 """
 
+from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -69,51 +70,48 @@ class Lifting:
 
     def values(self, expressions: Sequence[ca.SX]) -> list[ca.SX]:
         """The expressions with every lifted symbol replaced by its value: functions of x alone."""
-        symbols, values = self._values
-        parameters = _free(
-            ca.vertcat(*[ca.vec(e) for e in expressions]), {s.element_hash() for s in symbols.elements()}
-        )
+        symbols, within, values = self._values
+        parameters = _free(ca.vertcat(*[ca.vec(e) for e in expressions]), within)
         result = ca.Function("values", [symbols, *parameters], list(expressions))(values, *parameters)
         return list(result) if isinstance(result, tuple | list) else [result]
 
     def gradient(self, scalar: ca.SX) -> ca.SX:
         """∂scalar/∂x (nx,), still written over w. It is dense: solvers read its numbers one after the other."""
-        return ca.densify(self._adjoints(self._slope(scalar).T)[: self.x.numel()])
+        return self._adjoints(self._slope(scalar).T)[: self.x.numel()]
 
     def jacobian(self, rows: ca.SX) -> ca.SX:
         """∂rows/∂x (n, nx), still written over w."""
-        J = self._at_zero(self._slope(rows))
+        J = self._at_zero([self._slope(rows)])[0]
         for low, high, D in self._folds():
-            J = _without(J, low, high) + J[:, low:high] @ D
+            if (through := J[:, low:high]).nnz():
+                J = J + through @ D  # columns that are folded stay, and are not read again
         return J[:, : self.x.numel()]
 
     def hessian(self, parts: Sequence[ca.SX]) -> ca.SX:
         """∂²(Σ parts)/∂x² (nx, nx), still written over w. Each part is differentiated on its own."""
         n = self._w.numel()
         nu = self._adjoints(self._slope(sum(parts, ca.SX(0))).T)
+        weights = [ca.SX.sym("nu", u.high - u.low) for u in self._quantities]
+        seconds = [self._curvature(ca.dot(w, u.slope)) for w, u in zip(weights, self._quantities, strict=True)]
+        seconds = [second for second in seconds if second.nnz()]
         curvatures = [self._curvature(part) for part in parts]
-        for u in self._quantities:
-            weights = ca.SX.sym("nu", u.high - u.low)
-            second = self._curvature(ca.dot(weights, u.slope))
-            if second.nnz():
-                curvatures.append(ca.substitute(second, weights, ca.densify(nu[u.low : u.high])))
-        M = _mirrored(self._at_zero(_total(curvatures, n)))
+        if seconds:
+            curvatures += ca.substitute(seconds, weights, [nu[u.low : u.high] for u in self._quantities])
+        M, left = ca.triu(self._at_zero([_total(curvatures, n)])[0]), list(range(n))
         for low, high, D in self._folds():
-            core, mixed = M[low:high, low:high], D.T @ _without(M[low:high, :], low, high)
-            M = _without(_without(M, low, high).T, low, high)
-            M = _mirrored(M + mixed + mixed.T + D.T @ (core @ D))
-        return M[: self.x.numel(), : self.x.numel()]
+            at = bisect_left(left, low)
+            left[at : at + high - low] = []
+            M = _folded(M, at, D[:, left])
+        return ca.triu2symm(M)
 
     @cached_property
-    def _values(self) -> tuple[ca.SX, ca.SX]:
-        """All symbols, x first, and their values, functions of x."""
-        symbols = ca.vertcat(self.x, *[symbol for symbol, _ in self._known])
-        within, values = {symbol.element_hash() for symbol in symbols.elements()}, self.x
-        for _, value in self._known:
-            parameters = _free(value, within)
-            known = ca.Function("value", [symbols[: values.numel()], *parameters], [value])
-            values = ca.vertcat(values, known(values, *parameters))
-        return symbols, values
+    def _values(self) -> tuple[ca.SX, set[int], ca.SX]:
+        """All symbols, x first, their hashes, and their values, functions of x."""
+        known, definitions = [symbol for symbol, _ in self._known], [ca.densify(value) for _, value in self._known]
+        symbols = ca.vertcat(self.x, *known)
+        found = ca.substitute_inplace(known, definitions, [], False)[0] if known else []
+        within, values = {symbol.element_hash() for symbol in symbols.elements()}, ca.vertcat(self.x, *found)
+        return symbols, within, values
 
     @cached_property
     def _w(self) -> ca.SX:
@@ -122,7 +120,7 @@ class Lifting:
     @cached_property
     def _slopes(self) -> list[ca.SX]:
         """D_i of each quantity, over all of w."""
-        return [self._at_zero(self._slope(u.slope)) for u in self._quantities]
+        return self._at_zero([self._slope(u.slope) for u in self._quantities])
 
     @cached_property
     def _places(self) -> dict[int, int]:
@@ -151,8 +149,10 @@ class Lifting:
 
     def _adjoints(self, g: ca.SX) -> ca.SX:
         """ν (nw,) for the partial derivatives g (nw,) of a scalar; its first part is the total derivative by x."""
+        g = ca.densify(g)
         for u, D in zip(reversed(self._quantities), reversed(self._slopes), strict=True):
-            g = g + D.T @ g[u.low : u.high]
+            before = sorted(set(D.sparsity().get_triplet()[1]))
+            g[before] += D[:, before].T @ g[u.low : u.high]
         return g
 
     def _folds(self) -> Iterator[tuple[int, int, ca.SX]]:
@@ -166,10 +166,12 @@ class Lifting:
                 if j > i and (through := other[:, u.low : u.high]).nnz():
                     waiting[j] = _without(other, u.low, u.high) + through @ D
 
-    def _at_zero(self, expression: ca.SX) -> ca.SX:
+    def _at_zero(self, expressions: list[ca.SX]) -> list[ca.SX]:
         """With displacements 0, and what then is 0 left out."""
+        if not (self._zeros and expressions):
+            return expressions
         zeros = ca.vertcat(*self._zeros)
-        return ca.sparsify(ca.substitute(expression, zeros, ca.SX.zeros(zeros.numel()))) if self._zeros else expression
+        return [ca.sparsify(e) for e in ca.substitute(expressions, [zeros], [ca.SX.zeros(zeros.numel())])]
 
 
 def _total(matrices: Sequence[ca.SX], n: int) -> ca.SX:
@@ -185,9 +187,17 @@ def _without(matrix: ca.SX, low: int, high: int) -> ca.SX:
     return ca.horzcat(matrix[:, :low], ca.SX(matrix.shape[0], high - low), matrix[:, high:])
 
 
-def _mirrored(matrix: ca.SX) -> ca.SX:
-    """The symmetric matrix of an upper triangle: what is equal is then the same expression."""
-    return ca.triu2symm(ca.triu(matrix))
+def _folded(M: ca.SX, at: int, D: ca.SX) -> ca.SX:
+    """The upper triangle of a symmetric matrix without the rows and columns from `at` on, as many as D has rows.
+
+    The lower one is never made: it would take most of the time.
+    """
+    end, size = at + D.shape[0], M.shape[0]
+    rest = [*range(at), *range(end, size)]
+    core = ca.triu2symm(M[at:end, at:end])
+    mixed = D.T @ ca.horzcat(M[:at, at:end].T, M[at:end, end:])
+    M = M[rest, rest] + ca.triu(mixed) + ca.triu(mixed.T)
+    return M + ca.triu(D.T @ (core @ D))
 
 
 def _free(expression: ca.SX, within: set[int]) -> list[ca.SX]:

@@ -67,6 +67,10 @@ class Nlp:
     jets: ca.Function
 
 
+KEPT = 32
+"""Programs that a process keeps, of 9 to 18 MB each. A study or a batch of several presets, formulations and arms comes
+back to more than 8, and building one again takes half a second."""
+
 FUNCTIONS = ("points", "objective", "gradient", "rows", "jacobian", "hessian", "terms", "jets")
 """The names of the functions of an `Nlp`."""
 
@@ -117,7 +121,7 @@ def frame(hand: Hand, structure: Structure, row_sizes: Sequence[int]) -> dict[st
     }
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=KEPT)
 def build(hand: Hand, structure: Structure) -> Nlp:
     """Build the functions of a hand and structure; the same ones give the same object."""
     hand, terms, constraints = structure.of(hand), structure.objective, structure.rows
@@ -135,20 +139,19 @@ def build(hand: Hand, structure: Structure) -> Nlp:
     lam_f, lam_g = ca.SX.sym("lam_f"), ca.SX.sym("lam_g", rows.numel())
     split = ca.vertsplit(lam_g, [0, *np.cumsum([b.numel() for b in blocks]).tolist()])
     parts = [lam_f * w for w in weighted] + [ca.dot(lam, b) for lam, b in zip(split, blocks, strict=True)]
-
-    def function(name: str, outputs: list[ca.SX], *more: ca.SX) -> ca.Function:
-        arguments = [lifting.x, p, *model.jets, model.field_jets, *more]
-        return ca.Function(name, arguments, lifting.values(outputs))
-
+    H = ca.triu(lifting.hessian(parts))
+    written = [energy, lifting.gradient(energy), rows, lifting.jacobian(rows), H, ca.vertcat(*unweighted)]
+    f, slope, g, J, H, each = lifting.values(written)
+    arguments = [lifting.x, p, *model.jets, model.field_jets]
     return Nlp(
         **frame(hand, structure, [b.numel() for b in blocks]),
         points=ca.Function("points", [lifting.x, p], lifting.values([model.given, model.pads, model.around])),
-        objective=function("objective", [energy]),
-        gradient=function("gradient", [energy, lifting.gradient(energy)]),
-        rows=function("rows", [rows]),
-        jacobian=function("jacobian", [rows, lifting.jacobian(rows)]),
-        hessian=function("hessian", [ca.triu(lifting.hessian(parts))], lam_f, lam_g),
-        terms=function("terms", [ca.vertcat(*unweighted)]),
+        objective=ca.Function("objective", arguments, [f]),
+        gradient=ca.Function("gradient", arguments, [f, slope]),
+        rows=ca.Function("rows", arguments, [g]),
+        jacobian=ca.Function("jacobian", arguments, [g, J]),
+        hessian=ca.Function("hessian", [*arguments, lam_f, lam_g], [H]),
+        terms=ca.Function("terms", arguments, [each]),
         jets=model.layout.function(),
     )
 

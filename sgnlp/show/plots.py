@@ -113,6 +113,7 @@ def draw(
             file = io.BytesIO()
             figure.savefig(file, format=suffix, **options[suffix])
             files[suffix] = file.getvalue()
+            figure.set_layout_engine("none")  # the places are those of the first file: finding them takes half the time
     return files
 
 

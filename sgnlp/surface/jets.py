@@ -24,8 +24,11 @@ JET = 1 + len(SINGLES) + len(PAIRS)
 """Numbers in a jet of order 2: value, 3 first and 6 second derivatives."""
 
 
-def polynomial(J: ca.SX, delta: ca.SX, orders: Sequence[tuple[tuple[int, ...], ...]]) -> ca.SX:
-    """Σ J_α δ^α/α! over the value and the multi-indices of the given orders, coefficients in their order."""
+def polynomial(J: Sequence[ca.SX], delta: Sequence[ca.SX], orders: Sequence[tuple[tuple[int, ...], ...]]) -> ca.SX:
+    """Σ J_α δ^α/α! over the value and the multi-indices of the given orders, coefficients in their order.
+
+    Each coefficient and each displacement may be a column, for several points at once.
+    """
     value = J[0]
     for index, multi in enumerate(chain.from_iterable(orders), start=1):
         divisor = prod(factorial(count) for count in Counter(multi).values())
@@ -35,7 +38,9 @@ def polynomial(J: ca.SX, delta: ca.SX, orders: Sequence[tuple[tuple[int, ...], .
 
 def expand(jets: ca.SX, delta: ca.SX) -> ca.SX:
     """Values (Q,) of the jets (Q, 10) at displacements δ (Q, 3)."""
-    return ca.vertcat(*[polynomial(jets[q, :], delta[q, :], (SINGLES, PAIRS)) for q in range(jets.shape[0])])
+    if not jets.shape[0]:
+        return ca.SX(0, 1)
+    return polynomial(ca.horzsplit(jets), ca.horzsplit(delta), (SINGLES, PAIRS))
 
 
 def product(x: ca.SX, y: ca.SX) -> ca.SX:

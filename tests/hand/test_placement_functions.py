@@ -128,14 +128,21 @@ def test_what_is_carried_is_what_the_program_makes(model: pin.Model, program: No
 
 
 @needs_cpp
-def test_the_program_makes_the_placements_of_joints_of_several_kinds(program: None):
-    model = pin.buildSampleModelManipulator()  # with a free flyer and a composite joint after it
-    composite = pin.JointModelComposite(pin.JointModelRX())
-    composite.addJoint(pin.JointModelPZ(), pin.SE3.Random())
-    model.addJoint(model.njoints - 1, composite, pin.SE3.Random(), "composite")
+def test_the_program_makes_the_placements_of_every_joint_that_turns_or_slides_and_of_no_other(program: None):
+    model = pin.buildSampleModelManipulator()
+    skew = np.array([2.0, -1.0, 2.0]) / 3
+    kinds = [getattr(pin, f"JointModel{kind}{axis}")() for kind in "RP" for axis in "XYZ"]
+    kinds += [pin.JointModelRevoluteUnaligned(skew), pin.JointModelPrismaticUnaligned(skew)]
+    for i, kind in enumerate(kinds):
+        model.addJoint(model.njoints - 1 - i % 2, kind, pin.SE3.Random(), f"joint {i}")
     made = functions._read(functions.make(model), model)
     assert made is not None
     assert made.size_out(1) == (3, model.njoints - 1)
+    for kind in (pin.JointModelFreeFlyer(), pin.JointModelRUBX(), pin.JointModelHX(0.1)):
+        other = model.copy()
+        other.addJoint(model.njoints - 1, kind, pin.SE3.Random(), "last")
+        with pytest.raises(SolverError, match=rf"joint 'last' is {kind.shortname()}: not supported"):
+            functions.make(other)
 
 
 @needs_cpp
