@@ -13,6 +13,7 @@ import subprocess
 from collections.abc import Iterator
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -115,23 +116,37 @@ def program() -> Path:
 
 
 def described(model: pin.Model) -> str:
-    """A model as the C++ program reads it.
+    """A model as the C++ program reads it: one row for each joint, and for each part of a composite one.
 
     Raises:
-        SolverError: it has a joint that neither turns nor slides.
+        SolverError: it has a joint, or a part of one, that neither turns nor slides.
     """
-    rows = [f"{model.nq} {model.njoints - 1}"]
+    rows, last = list[str](), {0: 0}  # the row, from 1 on, that has the placement of each joint
     for joint in range(1, model.njoints):
-        moved, place = model.joints[joint], model.jointPlacements[joint]
-        if moved.nq > 1 or (subspace := motion_subspace(model, joint))[:3].any() == subspace[3:].any():
-            raise SolverError(f"joint '{model.names[joint]}' is {moved.shortname()}: not supported")
-        mimic = moved.extract() if moved.nq == 0 else None
-        factor, offset = (mimic.scaling, mimic.offset) if mimic else (1.0, 0.0)
-        turns = bool(subspace[3:].any())
-        axis = (subspace[3:] if turns else subspace[:3]) / factor
-        numbers = (mimic is not None, factor, offset, turns, *axis, *place.rotation.ravel(), *place.translation)
-        rows.append(" ".join(map(repr, (model.parents[joint], model.idx_qs[joint], *map(float, numbers)))))
-    return "\n".join(rows)
+        parts, before = _parts(model.joints[joint], model.jointPlacements[joint]), last[model.parents[joint]]
+        for i, (part, place) in enumerate(parts, start=1):
+            if part.nq > 1 or (subspace := _subspace(part, model.nq))[:3].any() == subspace[3:].any():
+                raise SolverError(f"joint '{model.names[joint]}' is {part.shortname()}: not supported")
+            mimic = part.extract() if part.nq == 0 else None
+            coordinate = model.idx_qs[joint] if mimic else part.idx_q
+            factor, offset = (mimic.scaling, mimic.offset) if mimic else (1.0, 0.0)
+            turns = bool(subspace[3:].any())
+            axis = (subspace[3:] if turns else subspace[:3]) / factor
+            kind = (before, coordinate, int(i == len(parts)), int(mimic is not None), int(turns))
+            numbers = (factor, offset, *axis, *place.rotation.ravel(), *place.translation)
+            rows.append(" ".join(map(repr, (*kind, *map(float, numbers)))))
+            before = len(rows)
+        last[joint] = before
+    return "\n".join([f"{model.nq} {model.njoints - 1} {len(rows)}", *rows])
+
+
+def _parts(joint: Any, place: pin.SE3) -> list[tuple[Any, pin.SE3]]:
+    """The joints that a composite consists of, each with its placement in the frame of the one before; else itself."""
+    own = joint.extract() if joint.shortname().startswith("JointModelComposite") else None
+    if own is None:
+        return [(joint, place)]
+    inner = [pair for part, at in zip(own.joints, own.jointPlacements, strict=True) for pair in _parts(part, at)]
+    return [(inner[0][0], place * inner[0][1]), *inner[1:]]
 
 
 def motion_subspace(model: pin.Model, joint: int) -> Array:
@@ -139,8 +154,12 @@ def motion_subspace(model: pin.Model, joint: int) -> Array:
 
     That of a joint that mimics another is as long as the multiplier.
     """
-    data = model.joints[joint].createData()
-    model.joints[joint].calc(data, np.zeros(model.nq))
+    return _subspace(model.joints[joint], model.nq)
+
+
+def _subspace(joint: Any, nq: int) -> Array:
+    data = joint.createData()
+    joint.calc(data, np.zeros(nq))
     return np.asarray(data.S).ravel()
 
 

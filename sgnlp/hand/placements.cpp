@@ -1,13 +1,15 @@
 // Pinocchio's forward kinematics on CasADi scalars.
 //
-// Standard input: the number of coordinates and that of the joints after the universe, then each of these joints, as
-// `sgnlp.hand.placement_functions` writes it: its parent, its coordinate, whether it mimics another, what multiplies the
-// coordinate and what is added to it, whether it turns, its axis, and its placement in its parent's frame (rotation by
-// rows, translation). Standard output: the serialised `casadi::Function` placements(q) -> (rotations, positions), q (nq,)
-// the configuration, 3 x 3 n and 3 x n of the n joints, one beside the other, in the frame of the model's root [m].
+// Standard input: the number of coordinates, that of the joints after the universe, and that of the rows. A row is a
+// joint, or a part of a composite one, as `sgnlp.hand.placement_functions` writes it: the row of its parent (0: the
+// root), its coordinate, whether it is the last part of its joint, whether it mimics another, whether it turns, what
+// multiplies the coordinate and what is added to it, its axis, and its placement in its parent's frame (rotation by
+// rows, translation). Standard output: the serialised `casadi::Function` placements(q) -> (rotations, positions), q
+// (nq,) the configuration, 3 x 3 n and 3 x n of the n joints, one beside the other, in the frame of the model's root
+// [m].
 //
-// Each joint is Pinocchio's, on CasADi scalars; the recursion is that of `pinocchio::forwardKinematics`. The whole model
-// on CasADi scalars, or read as Pinocchio writes it, would take the compiler ten times as long.
+// Each joint is Pinocchio's, on CasADi scalars; the recursion is that of `pinocchio::forwardKinematics`. The whole
+// model on CasADi scalars, or read as Pinocchio writes it, would take the compiler ten times as long.
 
 #include <pinocchio/autodiff/casadi.hpp>
 
@@ -21,11 +23,12 @@ using Place = pinocchio::SE3Tpl<SX>;
 using Coordinate = Eigen::Matrix<SX, 1, 1>;
 using Axis = Eigen::Vector3d;
 
-// A joint as the input has it.
+// A row of the input.
 struct Described
 {
   int parent, coordinate;
-  double mimics, factor, offset, turns;
+  bool last, mimics, turns;
+  double factor, offset;
   Axis axis;
   Place placement;
 };
@@ -70,7 +73,7 @@ Eigen::Matrix<double, Rows, Columns> read()
 Described next()
 {
   Described it;
-  std::cin >> it.parent >> it.coordinate >> it.mimics >> it.factor >> it.offset >> it.turns;
+  std::cin >> it.parent >> it.coordinate >> it.last >> it.mimics >> it.turns >> it.factor >> it.offset;
   it.axis = read<3, 1>();
   const Eigen::Matrix3d rotation = read<3, 3>();
   it.placement = pinocchio::SE3(rotation, read<3, 1>()).cast<SX>();
@@ -79,12 +82,12 @@ Described next()
 
 int main()
 {
-  int coordinates, joints;
-  std::cin >> coordinates >> joints;
+  int coordinates, joints, rows;
+  std::cin >> coordinates >> joints >> rows;
   const SX q = SX::sym("q", coordinates);
-  std::vector<Place> places(joints + 1, Place::Identity());
+  std::vector<Place> places(rows + 1, Place::Identity());
   SX rotations(3, 3 * joints), positions(3, joints);
-  for (int joint = 0; joint < joints; ++joint)
+  for (int row = 1, joint = 0; row <= rows; ++row)
   {
     const Described it = next();
     if (!std::cin)
@@ -96,14 +99,16 @@ int main()
     const Place own =
       it.turns ? moved<pinocchio::JointModelRevoluteTpl, pinocchio::JointModelRevoluteUnalignedTpl>(it, at)
                : moved<pinocchio::JointModelPrismaticTpl, pinocchio::JointModelPrismaticUnalignedTpl>(it, at);
-    Place & place = places[joint + 1];
-    place = it.parent > 0 ? places[it.parent] * own : own;
-    for (int row = 0; row < 3; ++row)
+    places[row] = it.parent > 0 ? places[it.parent] * own : own;
+    if (!it.last)
+      continue;
+    for (int i = 0; i < 3; ++i)
     {
-      positions(row, joint) = place.translation()[row];
-      for (int column = 0; column < 3; ++column)
-        rotations(row, 3 * joint + column) = place.rotation()(row, column);
+      positions(i, joint) = places[row].translation()[i];
+      for (int j = 0; j < 3; ++j)
+        rotations(i, 3 * joint + j) = places[row].rotation()(i, j);
     }
+    ++joint;
   }
   const casadi::Function placements(
     "placements", {q}, {SX::sparsify(rotations), SX::sparsify(positions)}, {"q"}, {"rotations", "positions"});

@@ -133,15 +133,27 @@ def test_the_program_makes_the_placements_of_every_joint_that_turns_or_slides_an
     skew = np.array([2.0, -1.0, 2.0]) / 3
     kinds = [getattr(pin, f"JointModel{kind}{axis}")() for kind in "RP" for axis in "XYZ"]
     kinds += [pin.JointModelRevoluteUnaligned(skew), pin.JointModelPrismaticUnaligned(skew)]
-    for i, kind in enumerate(kinds):
+    composite = pin.JointModelComposite(pin.JointModelRX())
+    composite.addJoint(pin.JointModelPZ(), pin.SE3.Random())
+    nested = pin.JointModelComposite(pin.JointModelPrismaticUnaligned(skew), pin.SE3.Random())
+    nested.addJoint(composite, pin.SE3.Random())
+    nested.addJoint(pin.JointModelRY(), pin.SE3.Random())
+    for i, kind in enumerate([*kinds, composite, nested, pin.JointModelRZ()]):
         model.addJoint(model.njoints - 1 - i % 2, kind, pin.SE3.Random(), f"joint {i}")
     made = functions._read(functions.make(model), model)
     assert made is not None
     assert made.size_out(1) == (3, model.njoints - 1)
-    for kind in (pin.JointModelFreeFlyer(), pin.JointModelRUBX(), pin.JointModelHX(0.1)):
+    half = pin.JointModelComposite(pin.JointModelRX())
+    half.addJoint(pin.JointModelSpherical())
+    for kind, strange in (
+        (pin.JointModelFreeFlyer(), pin.JointModelFreeFlyer()),
+        (pin.JointModelRUBX(), pin.JointModelRUBX()),
+        (pin.JointModelHX(0.1), pin.JointModelHX(0.1)),
+        (half, pin.JointModelSpherical()),
+    ):
         other = model.copy()
         other.addJoint(model.njoints - 1, kind, pin.SE3.Random(), "last")
-        with pytest.raises(SolverError, match=rf"joint 'last' is {kind.shortname()}: not supported"):
+        with pytest.raises(SolverError, match=rf"joint 'last' is {strange.shortname()}: not supported"):
             functions.make(other)
 
 
