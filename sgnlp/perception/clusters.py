@@ -33,8 +33,8 @@ OVERLAP = 0.35
 """A cluster is part of another whose outline, seen from above, contains at least this share of it: the handle under a
 lying mug, the far wall of a bowl. Bodies beside each other have less, even if a round one overhangs a low one."""
 SCRAP, SCRAP_GAP = (8, 0.1), 0.02
-"""A cluster with at least the first number of cells, at most this share of another cluster's, and no farther from it than
-this [m], is a part that occlusion cut off from the other."""
+"""A cluster with at least the first number of cells, at most this share of another cluster's, and no farther from it
+than this [m], is a part that occlusion cut off from the other."""
 SQUARE, CLOSED = 0.005, 3
 """[m] Side of the squares of an outline, and the half-width in squares of the gaps that are closed in it."""
 
