@@ -1,4 +1,4 @@
-"""What every other room needs: errors, settings and presets, locks, child processes, the compiler, colours.
+"""The base of all other rooms: errors, settings and presets, locks, child processes, compilers, colours.
 
-Nothing comes in but the user's flags and files; checked settings and plain helpers go out. It knows no other room.
+The user's flags and files come in; checked settings and plain helpers go out. It imports from no other room.
 """

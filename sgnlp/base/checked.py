@@ -1,4 +1,4 @@
-"""Settings that know which of their values are valid."""
+"""Settings that check their own values."""
 
 from collections.abc import Mapping
 from dataclasses import fields
@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, get_args, get_origin
 from sgnlp.base.errors import InputError, unknown
 
 Interval = tuple[float, float]
-"""The smallest and the largest valid value. It stands in the type of a field: `Annotated[int, (1, 10)]`."""
+"""The smallest and the largest valid value, given in the type of a field: `Annotated[int, (1, 10)]`."""
 POSITIVE: Interval = (5e-324, 1.8e308)
 """From the smallest to the largest finite number."""
 NOT_NEGATIVE: Interval = (0.0, 1.8e308)
@@ -25,13 +25,13 @@ class Checked:
     def __post_init__(self) -> None:
         """Raise `InputError` naming the first field whose value is not valid."""
         for f in fields(self):  # type: ignore[arg-type]
-            if isinstance(getattr(self, f.name), list):  # as JSON has them
+            if isinstance(getattr(self, f.name), list):  # JSON has lists instead of tuples
                 object.__setattr__(self, f.name, tuple(getattr(self, f.name)))
             self._check(f.name, getattr(self, f.name))
 
     @classmethod
     def names(cls, name: str) -> tuple[str, ...]:
-        """The valid values of a field that takes one of some names; empty for others."""
+        """The valid values of a field that takes one of several names; empty for other fields."""
         kind = _types(cls)[name]  # type: ignore[arg-type]
         return get_args(kind) if get_origin(kind) is Literal else ()
 
@@ -43,7 +43,7 @@ class Checked:
 
     @classmethod
     def restored(cls, values: Mapping[str, Any]) -> Self:
-        """The settings of plain values, as `asdict` gives them. Names that other versions had are left out."""
+        """The settings from plain values, as `asdict` gives them. Names from other versions are ignored."""
         types = _types(cls)  # type: ignore[arg-type]
         known = {name: value for name, value in values.items() if name in types}
         return cls(**{n: types[n].restored(v) if isinstance(v, Mapping) else v for n, v in known.items()})
@@ -70,5 +70,5 @@ class Checked:
 
 @cache
 def _types(kind: type) -> dict[str, Any]:
-    """The types of the fields of a class, with what `Annotated` adds."""
+    """The types of the fields of a class, with the extras of `Annotated`."""
     return get_type_hints(kind, include_extras=True)

@@ -1,4 +1,4 @@
-"""The system's compilers of C and C++: where they are, whether they start, what they complain of."""
+"""The system's compilers of C and C++: their paths, whether they start, and their error messages."""
 
 import os
 import shlex
@@ -19,14 +19,14 @@ class Compiler:
 
     language: str
     variable: str
-    """The variable of the environment that names it."""
+    """The environment variable that names it."""
     programs: tuple[str, ...]
-    """In the order in which they are tried where the variable is not set."""
+    """Programs that are tried in this order if the variable is not set."""
 
     def words(self) -> list[str] | None:
-        """The words of the variable, such as `gcc -std=gnu11`, or a program; None if there is none."""
+        """The command: the words of the variable, such as `gcc -std=gnu11`, or a program; None if there is none."""
         named = self._named
-        if named and (whole := shutil.which(named)):  # a path with blanks in it, too
+        if named and (whole := shutil.which(named)):  # the variable may also be a path with blanks
             return [whole]
         try:
             words = shlex.split(named)
@@ -39,7 +39,7 @@ class Compiler:
         return [found, *words[1:]] if found else None
 
     def fault(self) -> str:
-        """Why there is none that starts, with the remedy; "" if there is one."""
+        """Why no compiler starts, with the remedy; "" if one does."""
         words, variable = self.words(), self.variable
         if words is None:
             named = self._named
@@ -56,14 +56,14 @@ class Compiler:
         return self.complaint(words, asked.stderr or asked.stdout) if asked.returncode else ""
 
     def complaint(self, words: Sequence[str], output: bytes) -> str:
-        """That it fails, in its own words: the line with its error, else its first."""
+        """A message that it fails, with its own line of error, or else its first line of output."""
         lines = [line.strip() for line in output.decode(errors="replace").splitlines() if line.strip()]
         said = next((line for line in lines if "error" in line.lower()), lines[0] if lines else "it says nothing")
         where = f"${self.variable}" if self._named else f"the {self.language} compiler"
         return f"{where} '{shlex.join(words)}' fails: {said}; name another in {self.variable}"
 
     def identity(self) -> str:
-        """What tells it from another: of its program path, size and time of change, and its options."""
+        """Identifies it: path, size and time of change of its program, and its options."""
         return " ".join(map(_identity, self.words() or ())) or "none"
 
     @property

@@ -16,7 +16,7 @@ class InputError(SgnlpError):
 
 
 class NotInstalledError(InputError):
-    """What an input needs is not installed; `command` brings it, if it is known."""
+    """A package that an input needs is not installed; `command` installs it, if known."""
 
     def __init__(self, message: str, command: str = "") -> None:
         super().__init__(message)
@@ -38,11 +38,11 @@ class MachineError(SgnlpError):
 GIVES_OUT = frozenset(
     {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.ENOMEM, errno.EAGAIN, errno.EMFILE, errno.ENFILE}
 )
-"""Numbers of system errors whose cause is the machine: any other file would meet them, too."""
+"""System error numbers that are caused by the machine, not by a particular file."""
 
 
 def gives_out(error: OSError) -> bool:
-    """Whether the machine caused a system error, and not the file or name that was asked for."""
+    """Whether the machine caused a system error, and not a particular file or name."""
     return error.errno in GIVES_OUT
 
 

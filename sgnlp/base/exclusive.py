@@ -15,10 +15,10 @@ LOCK, HOLDER = ".lock", ".lock-holder"
 
 @contextmanager
 def alone(folder: Path, flag: str) -> Iterator[None]:
-    """Make a folder and lock it; `flag` is the one that chooses another folder.
+    """Make a folder and lock it; the error names `flag`, which chooses another folder.
 
-    The kernel releases the lock when the process ends, however it ends. Some network file systems have no locks; there
-    nothing is locked.
+    The kernel releases the lock when the process ends, however it ends. Some network file systems have no locks; on
+    those nothing is locked.
 
     Raises:
         InputError: another process has the lock; it is named.

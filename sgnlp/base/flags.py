@@ -1,4 +1,4 @@
-"""Settings as command line flags: those that turn one set of settings into another."""
+"""The command-line flags that turn one set of settings into another."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any

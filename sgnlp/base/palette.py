@@ -1,7 +1,7 @@
-"""The colours of every picture: those of the fingers are the same in pages, reports and simulations.
+"""The colours of all pictures. Each finger has the same colour in pages, reports and simulations.
 
-They are of the palette of Okabe and Ito (Color Universal Design, 2008), which people tell apart whatever their colour
-vision; its greens and yellow are left to the surface, whose deviation viridis shows.
+They are from the palette of Okabe and Ito (Color Universal Design, 2008), which is distinct for all kinds of colour
+vision. Its greens and yellow are not used, because the surface shows its deviation in viridis.
 """
 
 from collections.abc import Sequence
@@ -18,9 +18,9 @@ BLUE, ORANGE, PURPLE, VERMILION, SKY = (
 FINGERS: tuple[Colour, ...] = (BLUE, ORANGE, PURPLE, VERMILION, SKY)
 """The colours of the fingers in their order; they repeat after the fifth."""
 INK, GREY, STONE, PALE = (0.1, 0.1, 0.1), (0.45, 0.45, 0.47), (0.62, 0.64, 0.66), (0.9, 0.89, 0.87)
-"""For points and texts; for what has no colour of its own; for the whole hand in a legend; for the table."""
+"""Colours of points and texts; of parts without a colour; of the whole hand in a legend; of the table."""
 RED, GREEN = (0.85, 0.1, 0.1), (0.1, 0.6, 0.15)
-"""For regions that fingers are to stay off, and those that they are to touch."""
+"""Colours of regions to avoid, and of regions to touch."""
 AXES: dict[str, Colour] = {"x": RED, "y": GREEN, "z": (0.1, 0.25, 0.9)}
 """The axes of a frame, coloured as in RViz and in Pinocchio's viewers."""
 LUMA = (0.2126, 0.7152, 0.0722)
@@ -30,7 +30,7 @@ LIGHTEST_DARK = 0.7
 
 
 def finger(index: int) -> Colour:
-    """The colour of a finger by its place in the hand."""
+    """The colour of a finger by its index in the hand."""
     return FINGERS[index % len(FINGERS)]
 
 

@@ -28,14 +28,14 @@ ROBUST = Settings(
         effort=1.0,
     ),
 )
-"""What held best in simulation: a surface that knows what the cameras saw through, more force and stiffness,
-reserves of friction and weight, little motion to the equilibrium, the whole hand covered, the hand at first contact
-planned, within what its motors give, and a gap for an error of its place, in the place of E_uncer: that widened the gap
-where it could, this asks for it."""
+"""The settings that held best in simulation. The surface uses free space. Forces and gains are higher, friction and
+weight have reserves, and the motion to the equilibrium is small. Spheres cover the whole hand. The hand at first
+contact is planned, within its effort. A gap allows for an error of the hand's position; it replaces E_uncer, which only
+rewarded a wider gap."""
 
 UNSURE = Smoothing(deviation=0.008)
-"""The contact density counts on an error of the hand's place, too: with a calibrated deviation alone, 1 to 2 mm where
-the surface was seen, it is a spike that takes four times as many iterations and costs margins."""
+"""The contact density includes an error of the hand's position. With only the calibrated deviation, 1 to 2 mm on seen
+sides, it would be a spike that takes four times as many iterations and costs margins."""
 VARIANTS: dict[str, Callable[[Settings], Settings]] = {
     "bilevel-high": lambda s: _closure(s, gain_fixed=2.0),
     "bilevel-low": lambda s: _closure(s, gain_fixed=1.0),
@@ -46,23 +46,24 @@ VARIANTS: dict[str, Callable[[Settings], Settings]] = {
     "no-contact": lambda s: _pregrasp_alone(s),
     "no-pad": lambda s: replace(s, contact=replace(s.contact, pad=False)),
     "printed-equilibrium": lambda s: replace(s, contact=replace(s.contact, equilibrium="printed")),
-    "lift": lambda s: replace(s, weights=replace(s.weights, pose=2000.0)),  # the release's for motion
+    "lift": lambda s: replace(s, weights=replace(s.weights, pose=2000.0)),  # the release's weight for motion
 }
 """The paper's baselines, ablations and study of object motion, each a change of some settings.
 
-`robust` has no E_uncer: "uncertainty" adds it, "no-uncertainty" takes it from `paper`.
+`robust` has no E_uncer: "uncertainty" adds it, "no-uncertainty" removes it from `paper`.
 
-α = 1.6 N (the paper gives none) has 110 N/m at the median contact, 14 mm, and the hand's 40 to 400 N/m at 40 and 4 mm.
+α = 1.6 N (the paper gives none) makes k = α/σ 110 N/m at the median deviation of a contact, 14 mm. The hand's limits,
+40 and 400 N/m, correspond to 40 and 4 mm.
 """
 
 
 def _pregrasp_alone(s: Settings) -> Settings:
-    """Nothing is planned of the hand at first contact, and the pregrasp has no gap."""
+    """The hand at first contact is not planned, and the pregrasp has no gap."""
     return replace(s, closing=replace(s.closing, planned=False), limits=replace(s.limits, place_error=0.0))
 
 
 def _closure(s: Settings, gain_fixed: float = 0.0, heuristic: float = 0.0) -> Settings:
-    """Force closure in the place of the compliant equilibrium, which then has no say in the ranking either."""
+    """Force closure instead of the compliant equilibrium, which then does not count in the ranking either."""
     contact = replace(s.contact, metric="closure", heuristic=heuristic)
     weights = replace(s.weights, uncer=Weights().uncer)  # the deviation at the contacts
     return replace(
@@ -74,7 +75,11 @@ PRESETS = {"robust": ROBUST, "paper": PAPER} | {name: change(ROBUST) for name, c
 
 
 def preset(name: str) -> Settings:
-    """The preset `name` or one with variants, "paper+bilevel-low"; raises `InputError` with the valid names."""
+    """The settings of a preset, or of a preset with variants, such as "paper+bilevel-low".
+
+    Raises:
+        InputError: a name is unknown; the message lists the valid ones.
+    """
     first, *variants = name.split("+")
     if first not in PRESETS:
         raise unknown("preset", first, PRESETS)

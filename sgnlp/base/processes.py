@@ -7,18 +7,18 @@ import signal
 import sys
 
 PR_SET_PDEATHSIG = 1
-"""The option of Linux's prctl(2) that names the signal for when the parent ends."""
+"""The option of Linux's prctl(2) that sets the signal to send when the parent ends."""
 
 
 def die_with_parent() -> None:
     """Let the kernel kill this process when the thread that started it ends. Only Linux can do this.
 
-    Without it a worker can stay behind. It waits for work for ever, because it holds both ends of the pipe that its
-    parent wrote to. And a pool forks a new worker when one is killed, so killing a tree one by one leaves that one.
+    Without it a worker can be left behind. It waits for work forever, because it holds both ends of its parent's pipe.
+    And a pool forks a new worker when one is killed, so killing the processes one by one leaves the new one.
     """
     if sys.platform != "linux":
         return
     ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     parent = multiprocessing.parent_process()
-    if parent is not None and parent.pid != os.getppid():  # it has ended already
+    if parent is not None and parent.pid != os.getppid():  # the parent has ended already
         os._exit(1)

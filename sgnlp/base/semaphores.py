@@ -1,4 +1,4 @@
-"""Whether this machine has the semaphores that pools of processes need; some containers have none."""
+"""Checks for the semaphores that pools of processes need; some containers have none."""
 
 import multiprocessing
 from functools import lru_cache

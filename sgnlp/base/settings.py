@@ -1,4 +1,4 @@
-"""Every number that a user may change, with its source. Settings are frozen; presets are in `sgnlp.base.presets`."""
+"""All numbers that a user may change, with their sources. Settings are frozen; `sgnlp.base.presets` has presets."""
 
 from dataclasses import dataclass, field
 from typing import Annotated, Literal
@@ -25,20 +25,21 @@ class Weights(Checked):
     col: NotNegative = 1.0
     """collisions of the hand with itself, the object and the table"""
     reg: NotNegative = 10.0
-    """joint angles off the reference pose, motion to the equilibrium"""
+    """deviation of the joints from the reference pose, and motion to the equilibrium"""
     force: NotNegative = 200.0
-    """contact force up to `limits.force_min` [1/N]; the paper prints it twice, it is applied once"""
+    """contact force up to `limits.force_min` [1/N]; the paper prints the weight twice, it is applied once"""
     closing: NotNegative = 10.0
-    """joints at first contact off those of the pregrasp [1/rad²], where `closing.planned`"""
+    """deviation of the joints at first contact from those of the pregrasp [1/rad²], with `closing.planned`"""
     arm: NotNegative = 1e-3
-    """arm's joints off their home, and at stand-off and lift off those of the pregrasp [1/rad²]: it settles what the
-    wrist's pose leaves free and hardly weighs against anything else"""
+    """deviation of the arm's joints from their home, and at stand-off and lift from the pregrasp [1/rad²]: it fixes the
+    motion that the wrist's pose leaves free, and hardly affects the rest"""
     pose: NotNegative = 0.0
-    """fingertips off their desired place at equilibrium [1/m]; above 0 it replaces the motion in `reg`"""
+    """distance of the fingertips from their desired place at equilibrium [1/m]; above 0 it replaces the motion in
+    `reg`"""
     stability: NotNegative = 1.0
     """log of the equilibrium's stiffness: without it targets drift together until the equilibrium is undefined"""
     closure: NotNegative = 200.0
-    """net force and torque of the contact forces [1/N], where `contact.metric` is closure (paper: 200)"""
+    """net force and torque of the contact forces [1/N], with `contact.metric closure` (paper: 200)"""
 
 
 @dataclass(frozen=True)
@@ -49,13 +50,13 @@ class Contact(Checked):
     metric: Literal["spring", "closure"] = "spring"
     """spring: the equilibrium that springs pull the object to; closure: force closure at first contact (bilevel)"""
     heuristic: NotNegative = 0.0
-    """α of gains k = α/σ that the contacts' deviations dictate [N]; 0 leaves the gains free"""
+    """α of gains k = α/σ that follow from the deviations at the contacts [N]; 0 leaves the gains free"""
     c: Annotated[float, (0.001, 1.0)] = 0.7
     """contact p = o + c (a - o) between target o and pregrasp tip a (paper: 0.7)"""
     friction: Positive = 1.0
-    """friction coefficient that the plan counts on (release: 1.0)"""
+    """friction coefficient that the plan assumes (release: 1.0)"""
     pad: bool = True
-    """contact is where the fingertip's sphere touches; off: where its centre lies on the surface, as in the paper"""
+    """contact is where the fingertip's sphere touches; off: where its centre is on the surface, as in the paper"""
     samples: Annotated[int, (2, 1000)] = 10
     """samples of the contact density along a finger's path, K (release: 10)"""
     density: Literal["share", "density"] = "share"
@@ -72,42 +73,43 @@ class Contact(Checked):
 
 @dataclass(frozen=True)
 class Closing(Checked):
-    """How the hand goes from the pregrasp to the contacts and presses, and how much of it is planned."""
+    """The closing of the hand from the pregrasp to the contacts, and how much of it is planned."""
 
     section = "closing"
     planned: bool = False
-    """plan the joints at first contact too: tips at the contacts, links clear of the object, torques with the Jacobian
-    there; off, as in the paper, only the pregrasp is planned"""
+    """plan the joints at first contact too: tips at the contacts, links clear of the object, torques by the Jacobian
+    there; off: plan only the pregrasp, as in the paper"""
     margin: float = 0.002
     """least clearance of every link at first contact from the object and the table [m]"""
     c_freedom: Annotated[float, (0.0, 0.9)] = 0.0
-    """how far c of each finger may differ from `contact.c`, so that a wide gap needs no more force; 0: constant"""
+    """largest difference of each finger's c from `contact.c`, so that a wide gap needs no more force; 0: c is
+    constant"""
     samples: Annotated[int, (1, 100)] = 5
-    """postures between pregrasp and first contact at which links are checked to be clear of the object"""
+    """number of postures between pregrasp and first contact at which links are checked against the object"""
     seconds: NotNegative = 1.0
-    """time in which the setpoints go from the pregrasp tips to the targets [s]; 0: they jump"""
+    """time in which the setpoints move from the pregrasp tips to the targets [s]; 0: they jump"""
     posture: NotNegative = 0.1
-    """stiffness of the spring that holds what the tips leave free at the planned joints [N m/rad]"""
+    """stiffness of the spring to the planned joints at contact, in joint motions that do not move a tip [N m/rad]"""
     joint_stiffness: Positive = 1.0
     """stiffness of a joint under position control [N m/rad] (MuJoCo Menagerie's Allegro)"""
 
 
 @dataclass(frozen=True)
 class Motion(Checked):
-    """The way to the pregrasp and up with the object."""
+    """The motion to the pregrasp, and the lift with the object."""
 
     section = "motion"
     standoff: Positive = 0.1
-    """the approach begins so far behind the pregrasp, against the direction that the palm looks in [m]"""
+    """distance of the stand-off behind the pregrasp, against the direction that the palm faces [m]"""
     samples: Annotated[int, (1, 20)] = 4
-    """postures of the approach, the stand-off among them, at which the program keeps the hand clear of obstacles"""
+    """number of postures on the approach, with the stand-off, at which the program keeps the hand clear of obstacles"""
     lift: Positive = 0.1
     """height to which the hand rises with the object [m]"""
     speed: Positive = 0.1
     """largest speed of the wrist on the approach and the lift [m/s]: slow enough to stop by hand"""
     speed_share: Annotated[float, (0.001, 1.0)] = 0.3
-    """share of the velocity limits of the URDF at which joints move at most: what follows setpoints lags little then,
-    and the path stays straight"""
+    """largest joint speed over the URDF's velocity limit: slow joints lag little behind their setpoints, and the path
+    stays straight"""
     step: Annotated[float, (0.001, 0.1)] = 0.02
     """time between samples of the trajectory [s]"""
     frame: str = "world"
@@ -134,7 +136,7 @@ class Limits(Checked):
     shift: Positive = 0.05
     """largest displacement of a contact on its way to the equilibrium [m]"""
     give: NotNegative = 0.0
-    """displacement that is allowed for each newton of the object's weight, where that is more than `shift` [m/N]"""
+    """largest displacement for each newton of the object's weight, if that is more than `shift` [m/N]"""
     gain_min: Positive = 40.0
     """least gain [N/m] (release: clamped at 40)"""
     gain_max: Positive = 400.0
@@ -148,19 +150,21 @@ class Limits(Checked):
     object_margin: float = 0.0
     """least metric clearance between the hand and the object at the pregrasp [m]"""
     place_error: NotNegative = 0.0
-    """error of the hand's place that the pregrasp is to bear [m]: it is added to `object_margin`; less of it where no
-    camera is known (`free_space.reserve`)"""
+    """error of the hand's position that the pregrasp allows for [m]: it is added to `object_margin`; less if no camera
+    is known (`free_space.reserve`)"""
     wrist_travel: Positive = 0.3
     """largest displacement of the wrist from its start, along each axis [m]"""
     obstacle_margin: float = 0.012
-    """least clearance of hand and arm from obstacles on the whole way [m]: edges of the palm reach so far out of the
+    """least clearance of hand and arm from obstacles on the whole way [m]: edges of the palm protrude this far from the
     spheres"""
     dexterity: Annotated[float, (1e-6, 1.0)] = 0.2
     """least manipulability √det(J Jᵀ) of an arm at the pregrasp over that at its home, away from singularities"""
     arm_turn: Positive = 0.8
-    """largest turn of an arm's joint between the pregrasp and the stand-off, and up [rad]: beyond it the elbow flips"""
+    """largest turn of an arm's joint from the pregrasp to the stand-off and to the lift [rad]: beyond it the elbow
+    flips"""
     region_margin: float = 0.003
-    """how far contact points stay out of regions to avoid, and in those to touch [m]: the radius of a pad's patch"""
+    """distance of contact points outside regions to avoid, and inside those to touch [m]: the radius of a pad's
+    patch"""
     effort: NotNegative = 0.0
     """largest joint torque Jᵀf over the hand's effort, at first contact and at equilibrium; 0 leaves torques free"""
 
@@ -199,15 +203,15 @@ class Solver(Checked):
 
     section = "solver"
     formulation: Formulation = "two_phase"
-    """the whole energy; constraints with the rest of the energy; a few iterations of the first, then the second; or
-    then the second with slacks: it tells which constraints cannot be met, and by how much; or the second alone over
-    tips and the pose at equilibrium too"""
+    """penalty: the whole energy; constrained: constraints, with the rest of the energy; two_phase: a few iterations of
+    penalty, then constrained; elastic: the same with slacks, which show the constraints that cannot be met and by how
+    much; lifted: constrained, with tips and the pose at equilibrium as variables"""
     elastic_weight: Positive = 30.0
-    """cost of a violation by the scale of its row (1 cm, 1 N, a margin of 1), in 100 of the energy, where elastic"""
+    """elastic: cost of a violation of one scale of its row (1 cm, 1 N, a margin of 1), in units of 100 of the energy"""
     penalty_iterations: Annotated[int, (1, 100000)] = 25
     """iterations of the first phase of two_phase and of elastic"""
     max_iterations: Annotated[int, (1, 100000)] = 400
-    """iterations of a phase at most"""
+    """largest number of iterations of a phase"""
     tolerance: Positive = 1e-6
     """Ipopt's convergence tolerance on the scaled problem"""
     mu_strategy: Literal["monotone", "adaptive"] = "monotone"
@@ -217,7 +221,8 @@ class Solver(Checked):
     barrier_tolerance: Positive = 100.0
     """error over μ at which μ is lowered (Ipopt: 10, which takes a fifth more iterations and solves no more starts)"""
     compiled: bool = True
-    """use compiled C: for the surface where a compiler is found, for the rest where `sgnlp cache --build` was run"""
+    """use compiled C: for the surface if there is a compiler, for the rest if it is in the cache (`sgnlp cache
+    --build`)"""
     linear_solver: Literal["mumps", "spral"] = "mumps"
     """linear solver of Ipopt: mumps or spral in casadi's wheel"""
 
@@ -238,5 +243,5 @@ class Settings(Checked):
     spheres: Literal["cover", "paper"] = "cover"
     """collision spheres: cover the meshes of every link, or the paper's 16"""
     rank_by: Literal["margin", "margin_initial", "energy", "stiffness", "confidence"] = "margin"
-    """key of the ranking among feasible grasps: worst margin, that at first contact, exact energy, stiffness ρ, or
-    confidence that it holds"""
+    """ranking of feasible grasps: by worst margin, by worst margin at first contact, by exact energy, by stiffness ρ,
+    or by the confidence that it holds"""

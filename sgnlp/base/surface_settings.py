@@ -1,4 +1,4 @@
-"""Settings of the surface: how it is fitted to a cloud, and to what cameras saw through."""
+"""Settings of the surface: how it is fitted to a cloud, and to free space."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -14,9 +14,9 @@ class GpisSettings(Checked):
     kernel: str = "thin_plate"
     """thin_plate, matern32, matern52 or squared_exponential"""
     surface_points: Annotated[int, (10, 5000)] = 200
-    """measured points kept by farthest-point sampling (release: 200)"""
+    """number of measured points kept by farthest-point sampling (release: 200)"""
     interior_points: Annotated[int, (1, 5000)] = 50
-    """mixtures of measured points (paper: 50)"""
+    """number of interior points, mixtures of measured points (paper: 50)"""
     surface_noise: Positive = 0.005
     """deviation of a measured point [m] (paper: 0.005)"""
     exterior_noise: Positive = 0.2
@@ -32,45 +32,45 @@ class GpisSettings(Checked):
     interior_temperature: Positive = 0.01
     """temperature of the softmax of the interior mixtures (release: 1/100)"""
     prior_mean: float = 1.0
-    """prior mean of the thin plate [m] (release: 1); that of the other kernels is the exterior value"""
+    """prior mean of the thin plate [m] (release: 1); for other kernels it is the exterior value"""
     support_scale: Annotated[float, (1.0, 10.0)] = 1.5
     """R of the kernel over the largest distance between training points; at 1, as in the release, the thin plate is
-    not quite positive definite and the palm leaves its ball"""
+    not quite positive definite, and the palm leaves the ball"""
     floor: bool = True
     """copy the cloud onto the table, so that the surface closes below (release)"""
 
 
 @dataclass(frozen=True)
 class FreeSpace(Checked):
-    """How the surface is fitted where the cameras are known, so that they tell where the object is not.
+    """How the surface is fitted if the cameras are known, so that free space is known too.
 
-    These numbers then stand in for those of `gpis` but for the kernel. They were chosen on the tuning half of the
-    problem set by the error on seen and unseen sides and by the coverage of intervals (`sgnlp study calibration`).
+    These numbers then replace those of `gpis`, except the kernel. They were chosen on the tuning half of the problem
+    set, by the error on seen and unseen sides and by the coverage of intervals (`sgnlp study calibration`).
     """
 
     section = "free_space"
     used: bool = False
-    """use the space that cameras saw through; off, or without camera positions, the set of `gpis` is fitted"""
+    """use the space that cameras saw through; off, or without camera positions: fit the training set of `gpis`"""
     surface_points: Annotated[int, (10, 5000)] = 120
-    """measured points kept by farthest-point sampling"""
+    """number of measured points kept by farthest-point sampling"""
     surface_noise: Positive = 0.0025
     """deviation of a measured point [m]"""
     table_points: Annotated[int, (0, 5000)] = 30
-    """points of the table under the cloud, where no camera saw through to it"""
+    """number of points of the table under the cloud, where no camera saw through to the table"""
     near_points: Annotated[int, (1, 5000)] = 55
-    """free points near the hull of what may be solid"""
+    """number of free points near the visual hull"""
     near_from: NotNegative = 0.004
     """they are at least this far from the hull [m]"""
     near_to: Positive = 0.012
     """and at most this far [m]"""
     far_points: Annotated[int, (0, 5000)] = 15
-    """free points farther from the hull"""
+    """number of free points farther from the hull"""
     far_from: NotNegative = 0.03
     """they are at least this far from the hull [m]"""
     far_to: Positive = 0.05
     """and at most this far [m]"""
     far_share: Annotated[float, (0.0, 1.0)] = 0.5
-    """value of a far point over its distance to the hull, which is within the object's by less the farther it is"""
+    """value of a far point over its distance to the hull"""
     noise: Positive = 0.004
     """deviation of the value of a free point [m]"""
     prior_mean: Positive = 0.1
@@ -78,10 +78,10 @@ class FreeSpace(Checked):
     support_scale: Annotated[float, (1.0, 10.0)] = 2.2
     """R of the kernel over the largest distance between training points, so that the palm stays in the ball"""
     deviation_scale: Positive = 0.36
-    """factor on kernel and noise deviations alike: it leaves the mean as it is and calibrates the intervals"""
+    """factor on the deviations of both kernel and noise: it leaves the mean unchanged and calibrates the intervals"""
     reserve: NotNegative = 0.006
-    """where free space is used but no camera is known, the surface bulges: `limits.place_error` and `closing.margin`
-    ask for so much less [m]; with the whole of them hardly a start is feasible on real clouds"""
+    """if free space is used but no camera is known, the surface bulges outwards: `limits.place_error` and
+    `closing.margin` are then reduced by this [m]; without that hardly a start is feasible on real clouds"""
 
     def __post_init__(self) -> None:
         """Also that no band ends before it begins."""

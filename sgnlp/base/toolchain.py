@@ -1,8 +1,8 @@
-"""The user's cache of what compilers have built.
+"""The user's cache of compiled libraries.
 
 A library is cached under a key of its sources, flags, compiler and processor. A finished build is moved into place in
 one step, so several processes can build at once, and a reader finds a whole library or none. Each library ends with its
-digest, which is compared before loading: loading a truncated library would kill the process with SIGBUS.
+digest, which is verified before loading: loading a truncated library would kill the process with SIGBUS.
 """
 
 import hashlib
@@ -25,21 +25,21 @@ from sgnlp.base.compilers import C, Compiler
 from sgnlp.base.errors import MachineError, SolverError, gives_out
 
 TIMEOUT = 900.0
-"""Longest time that a compiler may take for one file [s]; it takes 1 to 3 for one of C, 40 to 150 for that of C++."""
+"""Time limit of a compiler for one file [s]; it takes 1 to 3 s for a C file, 40 to 150 s for the C++ file."""
 BUILDING = ".build-"
-"""How the names of folders begin in which something is being built."""
+"""Prefix of the folders of unfinished builds."""
 PART = ".part"
-"""How the name of what a compiler has not finished ends."""
+"""Suffix of files that a compiler has not finished."""
 SIZE_BYTES, DIGEST = 8, hashlib.sha256
-"""The end of a library is a note, the length of the note in so many bytes, and the digest of all before it."""
+"""A library ends with a note, the note's length in this many bytes, and the digest of all before it."""
 ELSEWHERE = "set XDG_CACHE_HOME to a folder that can be written and holds programs"
 FULL = "No space left on device"
-"""Part of what a compiler prints when the disk is full."""
+"""Text that a compiler prints when the disk is full."""
 
 
 @dataclass(frozen=True)
 class Linking:
-    """By which compiler, and with what before and after the objects."""
+    """The compiler of a library, and its arguments before and after the object files."""
 
     compiler: Compiler
     flags: tuple[str, ...]
@@ -51,9 +51,9 @@ LIBRARY = Linking(C, ("-shared", "-fPIC"), ("-lm",))
 
 
 def cache_folder() -> Path:
-    """Where libraries are kept: the user's cache folder, in XDG_CACHE_HOME where that is set to an absolute path.
+    """The folder of the libraries: the user's cache folder, in XDG_CACHE_HOME if that is an absolute path.
 
-    Where that cannot serve, and without a home, it is a folder in the one for temporary files that is the user's alone.
+    If that folder cannot be used, or there is no home, it is a private folder among the temporary files.
     """
     usual = _usual_folder()
     if usual is not None and not _fault(usual, writing=False):
@@ -87,7 +87,7 @@ def entries() -> list[Path]:
 
 
 def clear() -> None:
-    """Delete everything in the cache, also what builds that were killed have left.
+    """Delete everything in the cache, also the remains of killed builds.
 
     Raises:
         SolverError: something cannot be deleted.
@@ -119,11 +119,11 @@ def build(
     note: bytes = b"",
     linking: Linking = LIBRARY,
 ) -> None:
-    """Compile files, `jobs` at a time, link and seal them with a note, and move what comes of it to `target`.
+    """Compile files, `jobs` at a time, link them, append a note and the digest, and move the library to `target`.
 
     Raises:
         SolverError: there is no compiler, it fails, or the folder cannot be written.
-        MachineError: there is no room for it.
+        MachineError: the disk is full.
     """
     if linking.compiler.words() is None:
         raise SolverError(linking.compiler.fault())
@@ -134,11 +134,11 @@ def build(
 
 
 def keep(target: Path, note: bytes) -> None:
-    """Put a note into the cache that no library comes with.
+    """Put a note without a library into the cache.
 
     Raises:
         SolverError: the folder cannot be written.
-        MachineError: there is no room for it.
+        MachineError: the disk is full.
     """
     with _inside(target.parent) as folder:
         (folder / target.name).write_bytes(_sealed(b"", note))
@@ -146,17 +146,17 @@ def keep(target: Path, note: bytes) -> None:
 
 
 def once(target: Path, make: Callable[[], None], compiler: Compiler = C) -> None:
-    """Make a file of the cache, unless it is there; one process makes it and others that want the same wait for it.
+    """Make a file of the cache, unless it exists; one process makes it, and others that need it wait.
 
     Raises:
-        SolverError: there is no compiler, or the folder cannot be written; what `make` raises, too.
-        MachineError: there is no room for it.
+        SolverError: there is no compiler, or the folder cannot be written; also whatever `make` raises.
+        MachineError: the disk is full.
     """
     if note_of(target) is not None:
         return
     if fault := cache_fault() or compiler.fault():
         raise SolverError(fault)
-    from filelock import FileLock  # which no command needs that finds all compiled
+    from filelock import FileLock  # imported here: commands that find everything compiled do not need it
 
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -168,7 +168,7 @@ def once(target: Path, make: Callable[[], None], compiler: Compiler = C) -> None
 
 
 def note_of(library: Path) -> bytes | None:
-    """The note that a library was sealed with; None if it is not there, or not as it was built."""
+    """The note of a library; None if the library is missing or damaged."""
     try:
         content = library.read_bytes()
     except OSError:
@@ -192,7 +192,7 @@ def processor() -> str:
 
 @contextmanager
 def _inside(cache: Path) -> Iterator[Path]:
-    """A folder in the cache that goes at the end."""
+    """A temporary folder in the cache."""
     if fault := _fault(cache, writing=True):
         raise SolverError(f"the cache '{cache}' {fault}; {ELSEWHERE}")
     try:
@@ -218,9 +218,9 @@ def finish(
     note: bytes,
     linking: Linking = LIBRARY,
 ) -> None:
-    """`build` from files that are in a folder, which gets the compiler's temporary files too.
+    """`build` from files in a folder, which also gets the compiler's temporary files.
 
-    Those that are compiled already, as a build that was broken off leaves them, are not compiled again.
+    Files that an interrupted build has compiled already are not compiled again.
     """
     words, compiler, name = linking.compiler.words() or [], linking.compiler, target.name
     told = f"the {compiler.language} compiler '{shlex.join(words)}'"
@@ -241,7 +241,7 @@ def finish(
         made = folder / f"{Path(file).stem}.o"
         if not made.exists():
             run(*flags, "-fPIC", "-c", file, "-o", f"{made.name}{PART}")
-            with suppress(FileNotFoundError):  # linking tells
+            with suppress(FileNotFoundError):  # linking will report it
                 os.replace(f"{made}{PART}", made)
 
     largest_first = sorted(files, key=lambda file: -(folder / file).stat().st_size)
@@ -262,7 +262,7 @@ def _sealed(content: bytes, note: bytes) -> bytes:
 
 
 def _usual_folder() -> Path | None:
-    """The user's cache folder; None where there is no home. A path that is not absolute is to be ignored (XDG)."""
+    """The user's cache folder; None without a home. Relative paths are ignored, as XDG requires."""
     named = os.environ.get("XDG_CACHE_HOME", "").strip()
     if named and os.path.isabs(named):
         return Path(named, "sgnlp")
@@ -274,7 +274,7 @@ def _usual_folder() -> Path | None:
 
 
 def _private_folder() -> Path | None:
-    """A folder for temporary files of this user alone; None where there is none to be trusted."""
+    """A private folder of this user among the temporary files; None if none can be trusted."""
     try:
         folder = Path(tempfile.gettempdir()).absolute() / f"sgnlp-{os.getuid()}"
         folder.mkdir(mode=0o700, exist_ok=True)
@@ -286,7 +286,7 @@ def _private_folder() -> Path | None:
 
 
 def _fault(folder: Path, writing: bool) -> str:
-    """Why libraries cannot be kept in a folder and loaded from it, "" if they can; to read it, some must be there."""
+    """Why a folder cannot hold libraries, "" if it can. With `writing` false, it must contain some already."""
     try:
         existing = next(path for path in (folder, *folder.parents) if os.path.lexists(path))
         if not existing.is_dir():

@@ -1,7 +1,7 @@
-"""Builds that may be broken off: what is done of them stays in the cache, and the next build of the same goes on.
+"""Builds that may be interrupted: finished files stay in the cache, and the next build of the same target resumes.
 
-A build has a folder of its own beside its target. It holds the sources, part by part, each with a list of its files
-that is written last; then what is compiled of them. The folder goes when the library is there.
+A build has its own folder beside its target. It holds the sources, part by part, each with a list of its files that is
+written last, and then the object files. The folder is removed when the library is complete.
 """
 
 import json
@@ -15,10 +15,10 @@ from sgnlp.base import toolchain
 from sgnlp.base.errors import SgnlpError
 
 LIST = ".files"
-"""How the name of the list of a part's files ends."""
+"""Suffix of the list of a part's files."""
 NOTE = "note"
 FORGOTTEN = 7 * 24 * 3600.0
-"""A build that nobody has gone on with for so long is of an earlier version, and is removed [s]."""
+"""A build that was not resumed for this long belongs to an earlier version, and is removed [s]."""
 
 
 def build(
@@ -29,13 +29,13 @@ def build(
     jobs: int = 1,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> None:
-    """As `toolchain.build`, from parts that give their sources when they are called: those not made yet are.
+    """As `toolchain.build`, from parts that return their sources when called; only missing parts are called.
 
-    To be called inside `toolchain.once`, which keeps others off.
+    Call it inside `toolchain.once`, which excludes other processes.
 
     Raises:
-        SolverError: the compiler fails; then nothing is left to go on with.
-        MachineError: there is no room; the same.
+        SolverError: the compiler fails; then nothing is kept for a later build.
+        MachineError: the disk is full; then nothing is kept either.
     """
     folder = place(target)
     _forget(target.parent)
@@ -58,13 +58,13 @@ def place(target: Path) -> Path:
 
 
 def done(target: Path) -> float:
-    """The share of a build's files that are compiled by now; 0 where there is none."""
+    """The share of a build's files that are compiled by now; 0 if there is no build."""
     files = [file for listed in place(target).glob(f"*{LIST}") for file in json.loads(listed.read_bytes())]
     return len(list(place(target).glob("*.o"))) / len(files) if files else 0.0
 
 
 def _sources(folder: Path, name: str, make: Callable[[], Mapping[str, str]]) -> list[str]:
-    """The files of a part, which are written unless they are there."""
+    """The files of a part, which are written unless they exist."""
     listed = folder / f"{name}{LIST}"
     if listed.exists():
         found: list[str] = json.loads(listed.read_bytes())

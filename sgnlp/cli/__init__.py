@@ -1,9 +1,9 @@
 """The command line. Only this room and the commands of `experiments` print.
 
-Flags and files come in, printed tables and written files go out. It knows all rooms before it, and finds the commands
-of `experiments` by name.
+Flags and files come in, printed tables and written files go out. It imports from all rooms before it, and finds the
+commands of `experiments` by name.
 
-A command's module is imported when the command is called, and its flags alone are parsed: what all of them need takes
+A command's module is imported when the command is called, and only its flags are parsed: importing all commands takes
 a quarter of a second.
 """
 
@@ -54,7 +54,7 @@ def command(name: str) -> Any:
 
 
 def _parsed(arguments: list[str]) -> Any:
-    """The command that the arguments ask for; those that plan begin with the settings of their preset."""
+    """The command in the arguments, parsed; commands that plan take their defaults from the preset."""
     beginning = import_module("sgnlp.cli.flags").beginning  # which imports all that plans
     preset = _preset(arguments)
     if arguments and arguments[0] in COMMANDS:
@@ -76,7 +76,7 @@ def _preset(arguments: list[str]) -> str:
 def main(arguments: list[str] | None = None) -> None:
     """Entry point of the command `sgnlp`.
 
-    The collector of garbage is told not to look at what is imported, nor at anything at the end: a tenth of a second.
+    The garbage collector skips all imported objects, and everything at the end, which saves a tenth of a second.
     """
     streams.steady()
     gc.disable()
@@ -134,7 +134,7 @@ def _flush() -> None:
 
 
 def _told(error: BaseException) -> tuple[int | None, Text | str]:
-    """The exit code and the message of an error; no code for a bug, of which the traceback helps."""
+    """The exit code and the message of an error. A bug has no code (None): its traceback is shown."""
 
     def line(text: object) -> Text:
         return Text.assemble(("error:", "red"), f" {text}")
@@ -168,11 +168,11 @@ class _Console(Console):
         super().__init__(stderr=stderr, markup=False, emoji=False, highlight=False)
 
     def render_str(self, text: str, **options: Any) -> Text:
-        """The text with replacements for what the output cannot encode."""
+        """The text, with characters that the output cannot encode replaced."""
         return super().render_str(streams.plain(text, self.encoding), **options)
 
     def on_broken_pipe(self) -> None:
-        """Rich would end the process."""
+        """Do nothing here, where Rich would end the process."""
         raise
 
 

@@ -16,15 +16,15 @@ from sgnlp.planning.solvers import SOLVERS, settled
 from sgnlp.planning.surroundings import Surroundings
 
 FILE = "FILE"
-"""Stands for a file that is not known: the cloud's of a plan from Python, and those of its surroundings."""
+"""Placeholder for a file that is not known: the cloud of a plan from Python, and files of its surroundings."""
 DEFAULTS = Observing()
 
 
 def command(meta: Mapping[str, Any], folder: Path) -> str:
     """`sgnlp solve` with the flags that differ from their defaults; the preset is the one that needs the fewest.
 
-    A hand that is not one of `sgnlp hands` is given by its name, since its folder is not known. A solver of the
-    user's own is not named, nor are files of obstacles and regions.
+    A hand that `sgnlp hands` does not list is given by its name, since its folder is not known. The user's own solver
+    and files of obstacles and regions are left out.
     """
     words = ["sgnlp", "solve", str(meta.get("source") or FILE)]
     words += differences(asdict(PLAIN), asdict(reopen.reading(dict(meta))))

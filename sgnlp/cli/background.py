@@ -1,7 +1,7 @@
 """Work behind a command, in a process of the lowest priority that ends with it, or soon after.
 
-It ends with the command, however that ends, by an error, Ctrl-C or a kill; unless the command has its result and the
-work says that it is nearly done. Its children end with it. What it has done until then is its own business.
+It ends when the command ends, whether by an error, Ctrl-C or a kill. If the command has its result and the work reports
+that it is nearly done, it may go on for a while. Its children end with it. It must keep by itself what it has done.
 """
 
 import os
@@ -14,13 +14,13 @@ from multiprocessing.sharedctypes import RawValue
 from typing import Any
 
 NICE = 19
-"""It runs where nothing else would."""
+"""Lowest priority of Unix: the work runs only when the processor is idle."""
 NEARLY = 20.0
-"""Work that says it needs no more than this outlives the command [s], by this much again at most."""
+"""Work that reports at most this much time left may outlive the command [s], by at most twice this time."""
 GO_ON = b"g"
 
 Left = Callable[[float], None]
-"""Says how much time is left [s]."""
+"""Reports how much time the work still needs [s]."""
 
 
 class Work:
@@ -34,11 +34,11 @@ class Work:
             os.close(self._line)
             _child(ours, do, self._left)
         os.close(ours)
-        with suppress(OSError):  # it has done so itself
+        with suppress(OSError):  # the process ended it first
             os.setpgid(self._process, self._process)
 
     def finish(self) -> bool:
-        """Let it go on if it is nearly done, else end it; whether it goes on or has done all."""
+        """Let the work go on if it is nearly done, else end it. Returns whether it goes on or is complete."""
         ended, status = os.waitpid(self._process, os.WNOHANG)
         if ended:
             os.close(self._line)
@@ -60,7 +60,7 @@ class Work:
 
 
 def _child(line: int, do: Callable[[Left], None], left: Any) -> None:
-    """The process: in a group of its own, which Ctrl-C at a terminal does not reach, and silent. It never returns."""
+    """Body of the process: silent, in its own group, which Ctrl-C at a terminal does not reach. It never returns."""
     code = 1
     try:
         os.setpgid(0, 0)
@@ -82,7 +82,7 @@ def _child(line: int, do: Callable[[Left], None], left: Any) -> None:
 
 
 def _watch(line: int) -> None:
-    """End the process and its children when the command has ended without a word, or a while after its word."""
+    """End the process and its children when the command ends without a message, or a while after its message."""
     if os.read(line, 1) == GO_ON:
         time.sleep(2 * NEARLY)
     os.killpg(0, signal.SIGKILL)

@@ -1,4 +1,4 @@
-"""`sgnlp cache`: what has been compiled for this user, building it and clearing it."""
+"""`sgnlp cache`: show, build and clear the functions compiled for this user."""
 
 import os
 from dataclasses import dataclass, field, replace
@@ -22,19 +22,19 @@ from sgnlp.show import tables
 class Cache(Extending, Planning):
     """Show, build or clear the compiled functions. A build takes half a minute and serves every object.
 
-    For a hand of your own it takes five seconds more, once for all hands: Pinocchio's kinematics are compiled, too.
+    For a hand of your own it takes five seconds more, once for all hands, because Pinocchio's kinematics are compiled too.
     """
 
     build: bool = False
-    """compile for the hand and the settings given, unless that is done"""
+    """compile for the given hand and settings, unless that is done already"""
     clear: bool = False
     """delete everything in the cache"""
     jobs: Annotated[int, POSITIVE] = field(default_factory=lambda: os.cpu_count() or 1)
     """compilers at once"""
     around: Around = ALONE
-    """what the plans know of what stands around"""
+    """what surrounds the object in these plans"""
     settings: Annotated[Settings, tyro.conf.arg(name="")] = ROBUST
-    """everything about the plan; the structure is what counts: spheres, samples, density, equilibrium, formulation"""
+    """settings of the plan; only those of the structure matter: spheres, samples, density, equilibrium, formulation"""
 
     def run(self, console: Console) -> int:
         """Clear, then build, then show."""

@@ -1,4 +1,4 @@
-"""`sgnlp check-hand`: whether a hand's folder can be planned with, and a picture of its spheres over its meshes."""
+"""`sgnlp check-hand`: checks whether plans can use a hand's folder, and draws its spheres over its meshes."""
 
 from dataclasses import dataclass
 from pathlib import Path

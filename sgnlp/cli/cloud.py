@@ -21,47 +21,47 @@ from sgnlp.planning import results
 class Cloud(Checked):
     """Make the cloud of an object, for `sgnlp solve`, from depth images (.png .tif .npy) or clouds of a whole scene.
 
-    Without masks the table is found, and what stands on it is listed: the only object is written, or the chosen one.
-    With masks the marked pixels are written.
+    Without masks it finds the table and lists the objects on it. It writes the only object, or the chosen one. With
+    masks it writes the marked pixels.
     """
 
     files: tyro.conf.Positional[tuple[Path, ...]]
-    """the depth images, rectified, 0 or NaN where nothing was measured; or clouds (.ply .pcd .npz .npy .xyz); each is a
-    view of one world"""
+    """depth images, rectified, 0 or NaN where nothing was measured; or clouds (.ply .pcd .npz .npy .xyz); each file is
+    a view, and all share one world frame"""
     masks: tuple[Path, ...] = ()
-    """an image for each, not black where the object is"""
+    """a mask image for each depth image; the object is where it is not black"""
     label: tuple[int, ...] = ()
     """value of the object's pixels in masks of labels: one for all masks, or one for each"""
     cameras: tuple[Path, ...] = ()
-    """a JSON or YAML for each depth image: K, its 9 intrinsics in pixels, and pose, the 16 numbers of the matrix from
-    camera to world, which one image without a mask can do without; or a file of Open3D, ROS, RealSense or BOP"""
+    """a JSON or YAML file for each depth image: K, the 9 intrinsics in pixels, and pose, the 16 numbers of the matrix
+    from camera to world (not needed for one image without a mask); or a file of Open3D, ROS, RealSense or BOP"""
     unit: Annotated[float | None, POSITIVE] = None
-    """metres of a step of the depths or coordinates: 0.001 for millimetres, 1 for metres; if not given, 0.001 for
-    depths and 1 for clouds"""
+    """unit of the depths or coordinates in metres: 0.001 for millimetres, 1 for metres; if not given, 0.001 for depths
+    and 1 for clouds"""
     table_height: float | None = None
     """height of the table in the world [m]; measured if not given"""
     key: str | None = None
-    """array of an npz that holds the points, where it is not `points`"""
+    """name of the array of points in an npz, if it is not `points`"""
     up: Up = UNTURNED
-    """without masks: axis of the frame that points up; it is turned to z"""
+    """without masks: axis of the cloud's frame that points up; it is turned to z"""
     pose: tuple[float, ...] | None = None
-    """without masks: pose of the frame, such as its camera's, in the world: 16 numbers of a matrix in metres, row by
-    row"""
+    """without masks: pose of the cloud's frame (such as a camera's) in the world: 16 numbers of a matrix in metres, row
+    by row"""
     pick: tuple[int, ...] = ()
-    """without masks: the number of the cluster to write; several are parts of one object"""
+    """without masks: number of the cluster to write; several numbers are parts of one object"""
     near: tuple[float, float, float] | None = None
     """without masks: write the cluster nearest to this point of the world [m]"""
     pixel: tuple[int, int] | None = None
-    """without masks: write the cluster at this column and row of the first image, or organised cloud"""
+    """without masks: write the cluster at this column and row of the first image or organised cloud"""
     all_: Annotated[bool, tyro.conf.arg(name="all")] = False
-    """without masks: write every object, into a folder called as --out"""
+    """without masks: write every object, into a folder with the name of --out"""
     png: Path | None = None
     """without masks: a picture of the scene with the numbers of the clusters"""
     out: Path = Path("object.npz")
     """the problem file"""
 
     def run(self, console: Console) -> int:
-        """Read, unproject or part, save."""
+        """Read the files, unproject or cluster, save."""
         check_problem_file(self.out)
         return self._marked(console) if self.masks else self._parted(console)
 

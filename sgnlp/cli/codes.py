@@ -3,7 +3,7 @@
 FEASIBLE = 0
 """A feasible grasp was found, or the command did what it was asked."""
 NONE_FEASIBLE = 1
-"""No start ended in a feasible grasp, or the confidence of the first choice is less than was asked for."""
+"""No start gave a feasible grasp, or the confidence of the first choice is below --min-confidence."""
 USAGE = 2
 """The flags are wrong."""
 BAD_INPUT = 3
@@ -13,4 +13,4 @@ MACHINE = 4
 INTERRUPTED = 130
 """Ended by Ctrl-C."""
 BROKEN_PIPE = 141
-"""The reader of the output has ended, as `head` does; the shell's code for SIGPIPE."""
+"""The reader of the output has closed the pipe, as `head` does; the shell's code for SIGPIPE."""

@@ -31,11 +31,11 @@ from sgnlp.program.structure import Structure
 from sgnlp.surface import native
 
 PACE = 6e-5
-"""How long it takes to write and to compile an instruction, on one core [s]."""
+"""Time to write and to compile one instruction on one core [s]."""
 CONTACT = ("samples", "density", "equilibrium", "metric", "heuristic")
-"""Settings of `contact` that decide which functions there are."""
+"""Settings of `contact` that decide which functions are built."""
 WORTH = 300
-"""Number of starts for which building first pays: a build takes 60 s of processor time and saves 0.2 s a start."""
+"""Number of starts from which building first is faster: it takes 60 s of processor time and saves 0.2 s per start."""
 
 
 class Asked(Protocol):
@@ -52,9 +52,9 @@ class Asked(Protocol):
 
 
 def build_kinematics(hand: Hand, bar: Callable[[str, int | None], Bar]) -> str:
-    """Build Pinocchio's placements of the hand's joints and its arm's, unless they run here; why that cannot be done.
+    """Build Pinocchio's placement functions of the hand and its arm, unless they exist. Returns "", or why it failed.
 
-    A hand that is loaded after it moves by them. Without them it moves by a walk over its model, with the same results.
+    A hand that is loaded afterwards uses them. Without them a walk over the model gives the same placements.
     """
     if hand.kinematics != BACKENDS[-1]:
         return ""
@@ -84,12 +84,12 @@ def build(hand: Hand, structures: Sequence[Structure], jobs: int, bar: Callable[
 
 
 def worthwhile(hand: Hand, asked: Asked, starts: int, around: Around = ALONE) -> bool:
-    """Whether it takes less time to build first than to solve so many starts interpreted."""
+    """Whether building first takes less time than solving this number of starts with interpreted functions."""
     return starts >= WORTH and missing(hand, asked, around) and compiled.can_compile()
 
 
 def missing(hand: Hand, asked: Asked, around: Around = ALONE) -> bool:
-    """Whether a program of the plans is not in the cache, though compiled functions are wanted."""
+    """Whether compiled functions are wanted, but a program of these plans is not in the cache."""
     if not asked.settings.solver.compiled:
         return False
     structures = [structure.inner for structure in asked.additions.structures(asked.settings, around)]
@@ -97,17 +97,18 @@ def missing(hand: Hand, asked: Asked, around: Around = ALONE) -> bool:
 
 
 class Behind:
-    """The compiling behind a plan of one cloud, which takes less time than to compile: for the plans after it."""
+    """Compiling in the background of a plan, for later plans: the plan itself is done before the compiler."""
 
     def __init__(self, hand: Hand, asked: Asked, around: Around):
         self._given = hand, asked, around
         self._work: background.Work | None = None
         self._goes_on = False
-        jets = Thread(target=native.library)  # half a second of a compiler that is waited for
+        jets = Thread(target=native.library)  # waits half a second for the compiler
         jets.start()
         if self._missing:
             for structure in self._structures:
-                compiled.program(hand, structure)  # which the plan needs: before the fork, so that both have it
+                # the plan needs it too: it is made before the fork, for both processes
+                compiled.program(hand, structure)
         jets.join()
         if self._begun and asked.build:
             self._work = background.Work(partial(_compile, hand, self._structures))
@@ -132,13 +133,13 @@ class Behind:
             self._work = None
 
     def finish(self) -> None:
-        """The command has its result: what is nearly done goes on."""
+        """The command has its result: compilers that are nearly done go on."""
         if self._work is not None:
             self._goes_on = self._work.finish()
             self._work = None
 
     def told(self, console: Console) -> None:
-        """Say that the functions were interpreted, and what becomes of that."""
+        """Print that the functions were interpreted, and whether they are being compiled."""
         hand, asked, around = self._given
         if not self._begun:
             if self._missing:
@@ -159,7 +160,7 @@ class Behind:
 
 @contextmanager
 def behind(hand: Hand, asked: Asked, around: Around) -> Iterator[Behind]:
-    """While a plan is made, compile for the next one, if that is not done, wanted and possible."""
+    """While a plan is made, compile for the next one, if that is wanted, possible and not done yet."""
     work = Behind(hand, asked, around)
     try:
         yield work
@@ -170,7 +171,7 @@ def behind(hand: Hand, asked: Asked, around: Around) -> Iterator[Behind]:
 
 
 def _compile(hand: Hand, structures: Sequence[Structure], left: background.Left) -> None:
-    """Keep the functions, so that they are not built again, then compile them."""
+    """Save the functions, so that they are not built again, then compile them."""
     jobs = os.cpu_count() or 1
     todo = [
         structure for structure in structures if (path := compiled.path(hand, structure)) and not compiled.built(path)
@@ -189,7 +190,7 @@ def _compile(hand: Hand, structures: Sequence[Structure], left: background.Left)
 
 
 def _flags(asked: Asked, around: Around) -> list[str]:
-    """The flags that decide the structure, where they differ from the command's own."""
+    """The flags that decide the structure, if they differ from the defaults of `sgnlp cache`."""
     default, settings = ROBUST, asked.settings
     contact = {field: getattr(settings.contact, field) for field in CONTACT}
     chosen = replace(
@@ -202,6 +203,6 @@ def _flags(asked: Asked, around: Around) -> list[str]:
     )
     own = ["--with", str(asked.with_)] if asked.with_ else []
     hand = changed("", {"hand": Planning.hand, "arm": None}, {"hand": asked.hand, "arm": asked.arm})
-    around = replace(around, carried=False)  # which the arm says
+    around = replace(around, carried=False)  # implied by the arm
     there = differences({"around": asdict(ALONE)}, {"around": asdict(around)})
     return [*hand, *own, *there, *differences(asdict(default), asdict(chosen))]

@@ -1,4 +1,4 @@
-"""`sgnlp doctor`: what runs here."""
+"""`sgnlp doctor`: what runs on this machine, and what it lacks."""
 
 import shlex
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from sgnlp.surface import native
 
 @dataclass
 class Doctor:
-    """Show versions, solvers, how functions are evaluated, and what the machine lacks, with the remedy."""
+    """Show versions, solvers, how functions are evaluated, what this machine lacks, and how to install it."""
 
     def run(self, console: Console) -> int:
         """One block a question."""
@@ -37,7 +37,7 @@ class Doctor:
 
 
 def _machine() -> dict[str, str]:
-    """What compiling and several processes need: where it is, or what is wrong and how to fix it."""
+    """What compilers and worker processes need: where it is, or what is wrong and how to fix it."""
     fault = C.fault() or toolchain.cache_fault() or native.attempt()[1]
     passed = toolchain.passed_over()
     facts = {

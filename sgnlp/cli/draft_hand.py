@@ -25,7 +25,7 @@ class DraftHand:
     """Draft a hand's folder from its URDF or MJCF, examine it, and draw it. The picture needs the extra `view`."""
 
     file: tyro.conf.Positional[Path]
-    """describes the hand, alone or on an arm or a robot"""
+    """the URDF or MJCF of the hand, alone or on an arm or a robot"""
     palm: str | None = None
     """link that the fingers branch off from; if not given, the only one with three chains of joints or more"""
     tips: tuple[str, ...] = ()
@@ -33,9 +33,9 @@ class DraftHand:
     mirror: bool = False
     """draft the mirror image: a left hand of a right one"""
     out: Path | None = None
-    """folder of the hand, which is named for it; if not given, one here that is named as the description is"""
+    """folder of the hand; its name is the hand's; if not given, a folder here with the name in the URDF or MJCF"""
     force: bool = False
-    """write over the hand that is there"""
+    """overwrite a hand that is in the folder already"""
 
     def run(self, console: Console) -> int:
         """Draft, write, examine, draw."""
@@ -59,7 +59,7 @@ class DraftHand:
         return codes.BAD_INPUT if examination.wrong else codes.FEASIBLE
 
     def _check(self, folder: Path) -> None:
-        """Refuse a folder that cannot be written, or has a hand."""
+        """Refuse a folder that cannot be written, or already has a hand."""
         if (folder / HAND_FILE).exists() and not self.force:
             raise InputError(f"'{folder}' has a {HAND_FILE} already; choose another --out, or --force")
         results.writable(folder)

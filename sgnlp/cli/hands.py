@@ -10,7 +10,7 @@ from sgnlp.show import tables
 
 @dataclass
 class Hands:
-    """List the hands that come with the package, and how to install what one still needs."""
+    """List the hands that come with the package, and how to install what a hand still needs."""
 
     def run(self, console: Console) -> int:
         """One row a hand."""

@@ -1,4 +1,4 @@
-"""Ctrl-C ends a command wherever it is, and what it breaks off prints nothing."""
+"""Ctrl-C ends a command at any point, and the interrupted code prints nothing."""
 
 import os
 import signal
@@ -25,7 +25,7 @@ class _CtrlC:
     told: bool = False
 
     def handle(self, number: int, frame: FrameType | None) -> None:
-        """Raise KeyboardInterrupt, but not inside the hooks of a fork, which would leave the lock of logging held."""
+        """Raise KeyboardInterrupt, but not inside the hooks of a fork: that would leave the lock of logging held."""
         if os.getpid() != self.owner:  # a process just forked is ended by its parent
             return
         self.come = True
@@ -44,14 +44,14 @@ class _CtrlC:
             self.handle(number, frame)
 
     def ignored(self, unraisable: Any) -> None:
-        """In the place of Python's report on an exception that nobody can catch."""
+        """Replaces Python's report on an exception that cannot be caught."""
         if not self.come:
             self.report_ignored(unraisable)
         elif issubclass(unraisable.exc_type, KeyboardInterrupt):
             self.again()
 
     def ended(self, thread: Any) -> None:
-        """In the place of Python's report on an exception that ends a thread."""
+        """Replaces Python's report on an exception that ends a thread."""
         if not self.come:
             self.report_ended(thread)
 
@@ -61,13 +61,13 @@ _now = _CtrlC()
 
 @contextmanager
 def listening() -> Iterator[None]:
-    """Ctrl-C raises KeyboardInterrupt, and again where that gets lost:
+    """Ctrl-C raises KeyboardInterrupt, and raises it again where it would be lost:
 
     * in a destructor, a callback or a hook of a fork, where Python would print it as ignored: a moment later;
-    * in CasADi, which clears the errors that it meets in converting arguments, and with them one Ctrl-C of ten that
-      come while symbolic functions are built, or in a thread that starts, where it becomes another error: at `check`.
+    * in CasADi, which clears errors while it converts arguments, and with them one Ctrl-C of ten during the building
+      of symbolic functions; or in a thread that starts, where it becomes another error: at `check`.
 
-    Errors in destructors and threads after it are its consequence and are not printed.
+    Errors in destructors and threads after a Ctrl-C are its consequence and are not printed.
     """
     global _now
     _now = _CtrlC()
@@ -91,7 +91,7 @@ def check() -> None:
 
 
 def silence() -> None:
-    """After Ctrl-C, let the interpreter end without a word, and at once if it comes again."""
+    """After Ctrl-C, let the interpreter end without output, and at once at a second Ctrl-C."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     sys.unraisablehook = lambda ignored: None
     threading.excepthook = lambda ended: None

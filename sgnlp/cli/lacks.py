@@ -6,6 +6,6 @@ from sgnlp.base import semaphores
 
 
 def tell(console: Console) -> None:
-    """Print that one process does all the work, where there are no semaphores."""
+    """Print that only one process works, if the machine has no semaphores."""
     if fault := semaphores.fault():
         console.print(f"One process at a time: {fault}.", style="dim", soft_wrap=True)

@@ -1,4 +1,4 @@
-"""`sgnlp observe`: from a mesh to a problem file, seen by simulated depth cameras."""
+"""`sgnlp observe`: makes a problem file from a mesh with simulated depth cameras."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,38 +21,38 @@ from sgnlp.perception.synthetic.scenes import Ring
 from sgnlp.perception.synthetic.settling import random_orientation, settled
 from sgnlp.planning import results
 
-DROPS = 20  # from as many random orientations before a body is given up that never comes to rest
+DROPS = 20  # random orientations that are tried before giving up on a body that does not come to rest
 
 
 @dataclass
 class Observe(Checked):
-    """Put a mesh (.obj .stl .ply .off .glb .gltf) on a table and see it with simulated depth cameras: a problem."""
+    """Make a problem of a mesh (.obj .stl .ply .off .glb .gltf): put it on a table before simulated depth cameras."""
 
     file: tyro.conf.Positional[Path]
-    """the mesh: z up (glTF: y up, as it says), metres"""
+    """the mesh, with z up (glTF: y up, as its standard says), in metres"""
     out: Path | None = None
     """the problem file; NAME.npz here if not given"""
     views: Annotated[int, POSITIVE] = scenes.VIEWS
     """cameras, evenly spaced around the table"""
     seed: Annotated[int, NOT_NEGATIVE] = 0
-    """of everything random"""
+    """seed of everything random"""
     yaw_deg: float = 0.0
-    """turn of the object about the vertical"""
+    """rotation of the object about the vertical [deg]"""
     settle: bool = False
-    """let it fall from a random orientation and take how it comes to rest; needs MuJoCo (pip install 'sgnlp[sim]')"""
+    """drop it from a random orientation and use its pose at rest; needs MuJoCo (pip install 'sgnlp[sim]')"""
     scale: Positive = 1.0
     """factor to metres: 0.001 for a mesh in millimetres"""
     mass: Positive = 0.1
-    """[kg] of the object, for a simulation"""
+    """mass of the object for a simulation [kg]"""
     friction: Positive = 1.0
-    """coefficient between a fingertip and the object, for a simulation"""
+    """friction coefficient between fingertip and object, for a simulation"""
     ring: Ring = field(default_factory=Ring)
     """where the cameras stand"""
     camera: DepthCamera = field(default_factory=DepthCamera)
-    """what each of them measures; a RealSense D415"""
+    """image size, intrinsics and noise of each camera; a RealSense D415 by default"""
 
     def run(self, console: Console) -> int:
-        """Read, place, see, save."""
+        """Read the mesh, place it, simulate the cameras, save."""
         out = self.out or Path(f"{self.file.stem}.npz")
         check_problem_file(out)
         rng = np.random.default_rng(self.seed)
@@ -81,7 +81,7 @@ class Observe(Checked):
         return codes.FEASIBLE
 
     def _placed(self, mesh: Mesh, rng: np.random.Generator) -> Mesh:
-        """The body on the table."""
+        """The mesh in its pose on the table."""
         if self.settle:
             drops = (settled(mesh, random_orientation(rng)) for _ in range(DROPS))
             rest = next((quaternion for quaternion in drops if quaternion is not None), None)

@@ -28,10 +28,10 @@ class Report:
     object: Path | None = None
     """the file that was solved, if it is elsewhere now"""
     hand: str | None = None
-    """folder of the hand, if it is none of `sgnlp hands`"""
+    """folder of the hand, if `sgnlp hands` does not list it"""
 
     def run(self, console: Console) -> int:
-        """Read, pose again, write."""
+        """Read the result, rebuild its problem, write the pages."""
         files = write(self.folder, self.object, self.hand)
         console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)
         return codes.FEASIBLE
@@ -41,7 +41,7 @@ def write(folder: Path, file: Path | None = None, hand: str | None = None) -> li
     """Write both reports into the folder of a result, and return their paths.
 
     Raises:
-        InputError: there is no result, it has no grasps, or what draws is not installed.
+        InputError: there is no result, it has no grasps, or the drawing packages are not installed.
     """
     drawable("skimage")
     result = reopen.reopen(folder, file, hand)
@@ -55,7 +55,7 @@ def write(folder: Path, file: Path | None = None, hand: str | None = None) -> li
 
 
 def _courses(file: Path) -> dict[str, Any]:
-    """How the starts went; results of older versions do not say."""
+    """The arrays of `history.npz`; empty for results of older versions, which have none."""
     if not file.is_file():
         return {}
     with file.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
@@ -63,7 +63,7 @@ def _courses(file: Path) -> dict[str, Any]:
 
 
 def _simulated(folder: Path) -> content.Section | None:
-    """What a simulation of these very grasps gave, if there was one since they were planned."""
+    """The section on the simulation of these grasps, if there was one since they were planned."""
     file = folder / SIMULATION
     if not file.is_file() or file.stat().st_mtime < (folder / results.GRASPS).stat().st_mtime:
         return None

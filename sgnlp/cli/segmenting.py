@@ -1,4 +1,4 @@
-"""What `sgnlp cloud` does without masks: part a whole scene, list its clusters, write the chosen ones."""
+"""`sgnlp cloud` without masks: split a whole scene into clusters, list them, write the chosen ones."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -30,13 +30,14 @@ class Choice:
     all: bool = False
 
     def __post_init__(self) -> None:
-        """One of them at most."""
+        """Refuse more than one kind of choice."""
         given = [name for name in ("pick", "near", "pixel", "all") if getattr(self, name) not in (None, False, ())]
         if len(given) > 1:
             raise InputError(f"give one of {' and '.join('--' + name for name in given)}")
 
     def of(self, scene: Scene) -> list[list[Cluster]]:
-        """The clusters of each object. Raises `InputError` if there is no such one, or it is open which is meant."""
+        """The clusters of each chosen object. Raises `InputError` if there is no such cluster, or the choice is
+        unclear."""
         for number in self.pick:
             if not 1 <= number <= len(scene.clusters):
                 raise InputError(f"--pick must be 1 to {len(scene.clusters)}; found {number}")
@@ -67,7 +68,7 @@ class Source:
     table_height: float | None
 
     def scene(self) -> Scene:
-        """The scene in them; an error begins with the path, if there is one alone."""
+        """The scene of the files. An error message begins with the path, if there is a single file."""
         pose = world_pose(self.up, self.pose)
         found = scene_files.read(self.files, self.cameras, self.unit, self.key)
         height = self.table_height
@@ -80,7 +81,7 @@ class Source:
 
 
 def run(console: Console, source: Source, choice: Choice, out: Path, png: Path | None) -> int:
-    """Part, list, draw, write."""
+    """Find the clusters, list, draw, write."""
     if png is not None:
         drawable()
         results.writable(png.absolute().parent)
@@ -106,7 +107,7 @@ def run(console: Console, source: Source, choice: Choice, out: Path, png: Path |
 
 
 def table(scene: Scene) -> Table:
-    """The clusters: where they are in the world, how large, and how far from the nearest camera."""
+    """The clusters: position in the world, size, and distance from the nearest camera."""
     shown = Table("Clusters, by number of points", "number", "points", "x, y, z [mm]", "size [mm]", "away [mm]", "")
     for cluster in scene.clusters:
         away = "" if cluster.distance is None else f"{1e3 * cluster.distance:.0f}"
@@ -122,7 +123,7 @@ def _fault(cluster: Cluster) -> str:
 
 
 def _files(out: Path, chosen: list[list[Cluster]], each: bool) -> Iterator[Path]:
-    """The file of each chosen object: `out`, or of all of them one each in the folder of that name."""
+    """The file of each chosen object: `out`, or with `each` one file per object in the folder of that name."""
     if not each:
         yield out
         return

@@ -1,4 +1,4 @@
-"""`sgnlp simulate`: whether planned grasps hold, on the true object."""
+"""`sgnlp simulate`: tests in simulation whether planned grasps hold the true object."""
 
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -33,39 +33,40 @@ DEFAULTS = SimulationSettings()
 
 @dataclass(frozen=True)
 class Flags(SimulationSettings):
-    """The settings as they are asked for: mass and friction may be left to the plan."""
+    """Settings as flags. If mass and friction are not given, those of the plan are used."""
 
     mass: Annotated[float | None, POSITIVE] = None  # type: ignore[assignment]
-    """of the object [kg], spread evenly over its volume; that which the plan was made for if not given"""
+    """mass of the object [kg], spread evenly over its volume; if not given, the mass that the plan assumes"""
     friction: Annotated[float | None, POSITIVE] = None  # type: ignore[assignment]
-    """Coulomb's coefficient of every contact; that which the plan was made for if not given"""
+    """Coulomb's coefficient of every contact; if not given, the friction that the plan assumes"""
 
 
 @dataclass
 class Simulate:
-    """Carry out planned grasps on the true object in MuJoCo: come, close, lift, hold, push. Needs the extra `sim`."""
+    """Carry out planned grasps on the true object in MuJoCo: approach, close, lift, hold, push. Needs the extra
+    `sim`."""
 
     folder: tyro.conf.Positional[Path]
     """a result of `sgnlp solve`"""
     grasps: int | Literal["all"] = 1
-    """how many, best first; all: every feasible one"""
+    """number of grasps, best first; all: every feasible one"""
     object: Path | None = None
-    """file with mesh_vertices and mesh_faces, in the cloud's frame; the file that was solved if not given"""
+    """file with mesh_vertices and mesh_faces, in the cloud's frame; if not given, the file that was solved"""
     hand: str | None = None
-    """folder of the hand, if it is none of `sgnlp hands`"""
+    """folder of the hand, if `sgnlp hands` does not list it"""
     scale: float = 1.0
     """factor of that file to metres, as given to `sgnlp solve`"""
     true_load: bool = False
     """use the mass and friction in the object's file instead of --mass and --friction"""
     motion: bool = False
-    """a hand that floats comes from the stand-off and rises as the trajectory has it; a hand on an arm always does"""
+    """let a floating hand follow the planned trajectory from the stand-off to the lift; a hand on an arm always does"""
     pictures: bool = False
     """draw the first grasp at the end of each phase into the folder; needs the extra `view`"""
     settings: Annotated[Flags, tyro.conf.arg(name="")] = field(default_factory=Flags)
     """object, control, joints, contact, phases and judgement"""
 
     def run(self, console: Console) -> int:
-        """Read, simulate, write, show."""
+        """Read the result, simulate, write, print."""
         _require_mujoco()
         if self.pictures:
             drawable()
@@ -96,24 +97,24 @@ class Simulate:
         return codes.FEASIBLE if any(outcome.score == 1 for outcome in outcomes) else codes.NONE_FEASIBLE
 
     def _obstacles(self, grasps: Grasps, seen: Observation) -> tuple[Shape, ...]:
-        """Those of the plan: given to it, and seen in the cloud that was solved, which another `object` need not have.
+        """The obstacles of the plan: those given to it, and those in the cloud that was solved, not in `object`.
 
         Raises:
-            InputError: another object is given, and the cloud is not there any more or has changed.
+            InputError: another object is given, and the solved cloud is missing or has changed.
         """
         given = Surroundings.restored(grasps.meta.get("surroundings", {}))
         solved = reopen.observation(grasps, self.folder) if self.object and grasps.meta.get("input_digest") else seen
         return given.and_seen(solved).obstacles
 
     def _motion(self, grasps: Grasps, hand: Hand, rank: int) -> Way | None:
-        """The motion of a grasp; none where the hand floats at its pregrasp."""
+        """The motion of a grasp; None if the hand begins at its pregrasp."""
         if not (hand.arm or self.motion):
             return None
         asked = reopen.settings(grasps.meta)
         return way(hand, asked.motion, asked.closing, grasps, rank)
 
     def _loaded(self, grasps: Grasps, seen: Observation) -> tuple[SimulationSettings, str]:
-        """The settings with mass and friction as they are given, or else as asked for, and a line that says which."""
+        """The settings with mass and friction from the flags, the file or the plan, and a line that says which."""
         values, words = asdict(self.settings), []
         for name, text in {"mass": "{:g} kg", "friction": "friction {:g}"}.items():
             value, source = getattr(self.settings, name), "as given"

@@ -15,11 +15,11 @@ PLAIN = {
 """Replacements of characters that the output cannot encode; any other becomes a question mark."""
 HANDLER = "sgnlp.plain"
 FRAGILE = ("strict", "surrogateescape", "backslashreplace")
-"""Error handlers that would end a command, or print numbers instead of characters."""
+"""Error handlers that would end a command, or print escape codes instead of characters."""
 
 
 def plain(text: str, encoding: str) -> str:
-    """A text with replacements for what an encoding lacks. Call it before layout: replacements can be longer."""
+    """A text in which characters that an encoding lacks are replaced. Call it before layout: it may grow longer."""
     try:
         text.encode(encoding)
     except UnicodeEncodeError:
@@ -30,8 +30,8 @@ def plain(text: str, encoding: str) -> str:
 
 
 def steady() -> None:
-    """Open what the shell has closed, and let no character end the command."""
-    for number in (0, 1, 2):  # else the next file that is opened gets what libraries print
+    """Open the streams that the shell has closed, and let no character end the command."""
+    for number in (0, 1, 2):  # else the next file that is opened would receive the output of libraries
         try:
             os.fstat(number)
         except OSError:
@@ -46,7 +46,7 @@ def steady() -> None:
 
 
 def lost(stream: Any) -> None:
-    """Point a stream that nobody reads, or that is full, at /dev/null, so that Python's last flush succeeds."""
+    """Redirect a stream that nobody reads, or that is full, to /dev/null, so that Python's last flush succeeds."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:
         os.dup2(nowhere, stream.fileno())
@@ -57,7 +57,7 @@ def lost(stream: Any) -> None:
 
 
 def _replaced(error: UnicodeError) -> tuple[str | bytes, int]:
-    """The handler of codecs: a byte of a file's name is itself again, a sign its stand-in."""
+    """Error handler for codecs: restores the bytes of a file's name, and replaces other characters."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     character = error.object[error.start]

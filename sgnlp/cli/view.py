@@ -29,16 +29,16 @@ class View:
     png: Path | None = None
     """write a picture from three sides, and serve nothing"""
     rank: int = 0
-    """grasp of the picture, 0 the best"""
+    """rank of the grasp in the picture; 0 is the best"""
     object: Path | None = None
     """the file that was solved, if it is elsewhere now"""
     hand: str | None = None
-    """folder of the hand, if it is none of `sgnlp hands`"""
+    """folder of the hand, if `sgnlp hands` does not list it"""
     port: int = 8080
-    """where the browser finds it: http://localhost:PORT"""
+    """port of the page: http://localhost:PORT"""
 
     def run(self, console: Console) -> int:
-        """Read, pose again, draw."""
+        """Read the result, rebuild its problem, draw."""
         shown = _scene(reopen.reopen(self.folder, self.object, self.hand), _motion(self.folder))
         for note in shown.notes:
             console.print(note, style="dim", soft_wrap=True)
@@ -53,7 +53,7 @@ class View:
 
 
 def write(console: Console, shown: Scene, html: Path | None, png: Path | None, rank: int, stage: int) -> None:
-    """Write the page of a scene, and the picture of one stage, where they are asked for."""
+    """Write the page of a scene, and the picture of one stage, if a file is given for it."""
     if html is not None:
         results.write_text(html, web_page.page(shown))
         console.print(f"written: {html}", soft_wrap=True)
@@ -63,7 +63,7 @@ def write(console: Console, shown: Scene, html: Path | None, png: Path | None, r
 
 
 def _motion(folder: Path) -> Trajectory | None:
-    """The trajectory beside the grasps; results of before, and without a feasible grasp, have none."""
+    """The trajectory beside the grasps; None for older results and for those without a feasible grasp."""
     file = (folder if folder.is_dir() else folder.parent) / results.MOTION[0]
     return load_trajectory(file) if file.is_file() else None
 

@@ -1,7 +1,8 @@
 """The controller that carries out a plan, in Python and, for a robot without it, in C++.
 
-A hand and a `Command`, which is a grasp as a robot gets it, come in; joint torques go out, cycle by cycle. The
-simulation runs the same code. `export` writes all that the header `controller.hpp` needs. It knows `base` and `hand`.
+A hand and a `Command`, the grasp in the form that a robot needs, come in; joint torques go out, cycle by cycle. The
+simulation runs the same code. `export` writes the file for the header `controller.hpp`. It imports from `base` and
+`hand`.
 
 >>> controller = Controller(hand, command(grasps))
 >>> controller.torques(time, wrist, joints, speeds)

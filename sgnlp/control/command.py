@@ -1,4 +1,4 @@
-"""A grasp as the commands that a robot gets."""
+"""A grasp in the form that a robot needs."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,17 +13,18 @@ from sgnlp.hand.hand import Hand
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """Pregrasp, targets and gains of m fingers in the world frame, and what the plan expects to happen."""
+    """Pregrasp, targets and gains of m fingers in the world frame, and the outcome that the plan expects."""
 
     wrist: Array  # (7,) pose of the root link, x y z [m] qx qy qz qw
     joints: Array  # (n,) [rad], in the order of the hand's joint_names
-    tips: Array  # (m, 3) [m] at the pregrasp, where the setpoints of the springs begin
+    tips: Array  # (m, 3) [m], tip centres at the pregrasp, where the setpoints of the springs begin
     targets: Array  # (m, 3) [m], where they end
     gains: Array  # (m,) [N/m]
     joints_contact: Array | None = None  # (n,) [rad] at first contact; None: nothing holds the posture
-    joints_squeeze: Array | None = None  # (n,) [rad] to which position control closes
-    closing_seconds: float = 1.0  # [s] from the first setpoints to the last; 0: they jump
-    posture: float = 0.0  # [N m/rad] of the spring to `joints_contact` in what the tips leave free
+    joints_squeeze: Array | None = None  # (n,) [rad], where position control ends
+    closing_seconds: float = 1.0  # [s], duration of the setpoints' motion; 0: they jump
+    # [N m/rad], stiffness of the spring to `joints_contact`, in joint motions that do not move a tip
+    posture: float = 0.0
     joint_stiffness: float = 1.0  # [N m/rad] under position control
     contacts_eq: Array | None = None  # (m, 3) [m] tips at the equilibrium
     forces_eq: Array | None = None  # (m, 3) [N], on the object
@@ -32,7 +33,7 @@ class Command:
 
 
 def command(grasps: Any, index: int = 0) -> Command:
-    """The grasp of that rank, 0 the best, of `sgnlp.Grasps`: arrays with a row a grasp, and `meta`."""
+    """The command of the grasp with rank `index` (0 is the best) of `sgnlp.Grasps`."""
     closing = Settings.restored(grasps.meta["settings"]).closing
     names = ("wrist", "joints", "targets", "gains", "contacts_eq", "forces_eq", "rotation_eq", "translation_eq")
     return Command(

@@ -1,4 +1,4 @@
-"""What a robot computes in each cycle of its control: joint torques from the time, the wrist and the joints."""
+"""The computation of each control cycle: joint torques from time, wrist pose and joints."""
 
 import numpy as np
 import pinocchio as pin
@@ -16,36 +16,37 @@ IMPEDANCE = Law()
 class Controller:
     """Carries out the grasp of a command; n joints of the hand's own, in the order of its `joint_names`, m fingers.
 
-    The targets are fixed to the wrist: they were planned in the world for the wrist of the command, and wherever the
-    wrist then goes, they go with it. So the law works in the frame of the root link. The tips' damping is against
-    their motion in that frame, and neither place nor speed of the wrist enter; its orientation says where down is.
+    The targets are fixed to the wrist: they were planned in the world for the command's wrist pose, and move with the
+    wrist from there on. So the law works in the frame of the root link, and damps the tips' motion in that frame. The
+    wrist's position and speed do not enter. Its orientation gives the direction of gravity.
     """
 
     def __init__(self, hand: Hand, command: Command, law: Law = IMPEDANCE) -> None:
-        """Raise `InputError` where the grasp is not one of this hand, or has no joints that squeeze and needs them."""
+        """Raise `InputError` if the grasp does not fit this hand, or lacks the joints that position control needs."""
         check(command, hand)
         self.hand, self.command, self.law, self.tree = hand, command, law, Tree(hand)
         self.begin, self.end = _ends(command, law)
-        """The first setpoints and the last, as `setpoints` has them."""
+        """The first and the last setpoints, as `setpoints` returns them."""
         self._damping = critical(np.asarray(command.gains, float), law.tip_mass)
         self._gravity = np.array(law.gravity)
         held = command.posture > 0 and command.joints_contact is not None
         self.posture = np.asarray(command.joints_contact, float) if held else None
-        """The joints (n,) that a spring holds in what the tips leave free; None where none does."""
+        """The joints (n,) of the posture spring; None without one."""
 
     def setpoints(self, time: float) -> Array:
-        """The setpoints at a time [s] from the begin of closing.
+        """The setpoints at a time [s] since the start of closing.
 
-        Those of the tips (m, 3) [m] in the frame of the root link, or of the joints (n,) under position control.
+        Setpoints of the tips (m, 3) [m] in the root link's frame, or of the joints (n,) under position control.
         """
         return ramped(self.begin, self.end, time, self.command.closing_seconds)
 
     def torques(self, time: float, wrist: Array, joints: Array, speeds: Array) -> Array:
-        """The torques (n,) [N m or N] of the hand's own joints at a time [s] from the begin of closing.
+        """The torques (n,) [N m or N] of the hand's own joints at a time [s] since the start of closing.
 
-        τ = Σ J_iᵀ (k_i (o_i - a_i) - d_i ȧ_i) + posture + weight, within the effort of each joint; under position
-        control a spring in each joint stands for the first two. `wrist` (7,) is the pose of the root link in the world,
-        `joints` (n,) [rad or m] and `speeds` (n,) [rad/s or m/s]. The same arguments give the same torques.
+        τ = Σ J_iᵀ (k_i (s_i(t) - a_i) - d_i ȧ_i) + N (k_q (q* - q) - d_q q̇) + ∂U/∂q, within the effort of each joint.
+        Under position control a spring in each joint replaces the first two parts. `wrist` (7,) is the pose of the root
+        link in the world, x y z [m] qx qy qz qw, `joints` (n,) [rad or m] and `speeds` (n,) [rad/s or m/s]. The same
+        arguments give the same torques.
         """
         springs = self._joint_springs if self.law.control == "position" else self._tip_springs
         torques = springs(time, joints, speeds)
@@ -71,10 +72,10 @@ class Controller:
 
 
 def _ends(command: Command, law: Law) -> tuple[Array, Array]:
-    """The first setpoints and the last."""
+    """The first and the last setpoints."""
     if law.control == "position":
         if command.joints_squeeze is None:
-            raise InputError("position control needs a plan of the joints at contact: --closing.planned")
+            raise InputError("position control needs planned joints at contact: --closing.planned")
         return np.asarray(command.joints, float), np.asarray(command.joints_squeeze, float)
     root = pin.XYZQUATToSE3(np.asarray(command.wrist, float))
     begin, end = ((points - root.translation) @ root.rotation for points in (command.tips, command.targets))

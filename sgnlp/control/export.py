@@ -1,7 +1,7 @@
-"""Hand, grasp and law in one plain file, for the controller in C++.
+"""Hand, grasp and law in one plain text file, for the controller in C++.
 
-Words and numbers stand in one order, white space between them; a name is the rest of its line. Numbers are written so
-that they are read back to the last bit. `include/sgnlp/controller.hpp` reads it.
+Words and numbers have a fixed order, with white space between them; a name is the rest of its line. Numbers are written
+with all digits, so that reading restores every bit. `include/sgnlp/controller.hpp` reads the file.
 """
 
 from collections.abc import Iterator
@@ -26,7 +26,7 @@ def include() -> Path:
 
 
 def export(controller: Controller, file: str | Path) -> None:
-    """Write all that the C++ controller needs into a file.
+    """Write the file that the C++ controller reads: hand, grasp and law.
 
     Raises:
         InputError: a number is not finite, or the file cannot be written.
@@ -63,7 +63,7 @@ def written(controller: Controller) -> str:
 
 
 def _joints(controller: Controller) -> Iterator[str]:
-    """All that move: carried by, own joint, multiplier, offset, whether it slides, placement, axis, mass, centre."""
+    """All moving joints: parent, own joint, multiplier, offset, whether prismatic, placement, axis, mass, centre."""
     tree, hand = controller.tree, controller.hand
     model = tree.model
     yield _line("joints", model.njoints - 1)
@@ -81,7 +81,7 @@ def _joints(controller: Controller) -> Iterator[str]:
 
 
 def _fingers(controller: Controller) -> Iterator[str]:
-    """The joint that carries the tip, the tip's place in its frame, the gain."""
+    """For each finger: the joint that moves the tip, the tip's position in the joint's frame, the gain."""
     hand = controller.hand
     yield _line("fingers", len(hand.fingers))
     ends, gains = controller.tree.tip_frames, controller.command.gains
@@ -90,7 +90,7 @@ def _fingers(controller: Controller) -> Iterator[str]:
 
 
 def _axis(model: pin.Model, joint: int) -> tuple[Array, Array]:
-    """The axis of a joint in its own frame: of its sliding and of its turning; one of them is zero."""
+    """The axes of translation and of rotation of a joint in its own frame; one of them is zero."""
     data = model.joints[joint].createData()
     model.joints[joint].calc(data, np.zeros(model.nq))
     subspace = np.asarray(data.S).ravel()
@@ -102,7 +102,7 @@ def _line(word: str, values: Any) -> str:
 
 
 def _numbers(values: Any) -> str:
-    """Numbers as they are read back to the last bit."""
+    """Numbers with all digits, so that reading restores every bit."""
     flat = np.ravel(values)
     if not np.isfinite(flat).all():
         raise InputError(f"a number of the grasp or the hand is not finite: {flat}")

@@ -1,4 +1,4 @@
-"""The law of the fingers: a spring to each target and one that holds the posture, or a spring in each joint."""
+"""The control law of the fingers: a spring to each target and one for the posture, or a spring in each joint."""
 
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -9,39 +9,41 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.checked import Checked, Positive
 
 FREE_LENGTH = 1e-3
-"""λ [m/rad]: joints that move no tip by more than this for each radian are free. A finger's smallest singular value is
-some 3 cm/rad, so a thousandth of a torque is left at the tips; where a finger is stretched, nothing blows up."""
+"""λ [m/rad]: joint motions that move the tips by less than this for each radian count as free. A finger's smallest
+singular value is about 3 cm/rad, so a thousandth of a torque remains at the tips. Near a stretched finger, N stays
+finite."""
 WEIGHTLESS = (0.0, 0.0, 0.0)
-"""The gravity of a hand whose weight something else bears."""
+"""The gravity of a hand whose weight is compensated elsewhere."""
 
 
 @dataclass(frozen=True)
 class Law(Checked):
-    """Which law, and the numbers that belong to the hand and its place and not to a grasp."""
+    """The kind of law, and its numbers that belong to the hand and not to a grasp."""
 
     section = "law"
     control: Literal["impedance", "position"] = "impedance"
-    """a spring from each tip to its target; or one in each joint, where a plan knows the joints that squeeze"""
+    """impedance: a spring from each tip to its target; position: a spring in each joint, to the plan's
+    joints_squeeze"""
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
-    """[m/s²] in the world, which the torques bear; `WEIGHTLESS` leaves the weight of the hand to something else"""
+    """[m/s²] in the world, compensated by the torques; `WEIGHTLESS` if the hand's weight is compensated elsewhere"""
     tip_mass: Positive = 1.0
-    """[kg] for which the springs of the tips are damped critically (the paper: 2√k)"""
+    """[kg] mass for which the tips' springs are critically damped (paper: 2√k, which is 1 kg)"""
     joint_inertia: Positive = 1e-3
-    """[kg m²], of the rotor, for which the springs of joints and posture are damped critically"""
+    """[kg m²] rotor inertia for which the springs of joints and posture are critically damped"""
 
 
 def ramped(begin: Array, end: Array, time: float, seconds: float) -> Array:
-    """The setpoint at a time [s]: `begin` before 0, linear to `end` in so many seconds, then `end`. 0 s is a jump."""
+    """The setpoint at a time [s]: `begin` before 0, linear to `end` over `seconds`, then `end`. 0 s is a jump."""
     if time < 0.0:
         return begin
     return end if time >= seconds else begin + time / seconds * (end - begin)
 
 
 def freed(J: Array, torque: Array) -> Array:
-    """N τ (n,) [N m], N = I - Jᵀ (J Jᵀ + λ² I)⁻¹ J: what of a torque makes no force at the tips.
+    """N τ (n,) [N m], N = I - Jᵀ (J Jᵀ + λ² I)⁻¹ J: the part of a torque that makes no force at the tips.
 
-    J (3m, n) is the tips' Jacobian. The projector is that of damped least squares (Nakamura and Hanafusa 1986). Where
-    fingers share no joint, each has its own.
+    J (3m, n) is the tips' Jacobian. The projector is that of damped least squares (Nakamura and Hanafusa 1986). If
+    fingers share no joint, it splits into one for each finger.
     """
     return np.asarray(torque - J.T @ np.linalg.solve(J @ J.T + FREE_LENGTH**2 * np.eye(len(J)), J @ torque))
 
@@ -49,8 +51,8 @@ def freed(J: Array, torque: Array) -> Array:
 def spring_forces(error: Array, speed: Array, gains: Array, damping: Array) -> Array:
     """F = k (o - a) - d ȧ (m, 3) [N] of the springs, with `error` o - a [m] and `speed` ȧ [m/s] of the tips (m, 3).
 
-    Stiffness `gains` [N/m] and `damping` [N s/m] are (m,). Both are the same in all directions, so that any frame will
-    do; `speed` is as seen from the frame of the targets.
+    Stiffness `gains` [N/m] and `damping` [N s/m] are (m,). Both are isotropic, so any frame may be used; `speed` is
+    relative to the frame of the targets.
     """
     return np.asarray(gains[:, None] * error - damping[:, None] * speed)
 

@@ -1,7 +1,7 @@
-"""The hand as its controller sees it: tips, their Jacobian and the weight of the links, in the frame of the root link.
+"""The controller's model of the hand: tips, their Jacobian and the weight of the links, in the root link's frame.
 
-All joints that move have a coordinate here, q_all = C q + c of the hand's own joints q: joints that mimic others are
-folded into those that they follow, and so are their torques, τ = Cᵀ τ_all.
+All moving joints have a coordinate here, q_all = C q + c with the hand's own joints q. So mimic joints are folded into
+those that they follow, and so are their torques, τ = Cᵀ τ_all.
 """
 
 import numpy as np
@@ -12,21 +12,21 @@ from sgnlp.hand.hand import Hand
 
 
 class Tree:
-    """The tree of the j joints that move, of a hand with n joints of its own and m fingers.
+    """The tree of the j moving joints of a hand with n own joints and m fingers.
 
-    It has room for what Pinocchio works out, so a thread needs a tree of its own.
+    It holds Pinocchio's workspace, so each thread needs its own tree.
     """
 
     def __init__(self, hand: Hand) -> None:
         self.model = pin.buildModelFromXML(hand.description)
-        """With every joint in its own right, in an order of its own: a joint comes after the one that carries it."""
+        """Pinocchio's model with all joints independent, in its own order: a joint comes after its parent."""
         self.coupling, self.offset = _coupling(hand, tuple(self.model.names[1:]))
         """C (j, n) and c (j,)."""
         self._tips = [_add_tip(self.model, finger.frame, finger.offset) for finger in hand.fingers]
         self._data = self.model.createData()
 
     def tips(self, joints: Array) -> tuple[Array, Array]:
-        """Places (m, 3) [m] of the tips for the joints (n,), and their Jacobian (3m, n) in these."""
+        """Positions (m, 3) [m] of the tips at the joints (n,), and their Jacobian (3m, n)."""
         model, data = self.model, self._data
         pin.computeJointJacobians(model, data, self.coupling @ joints + self.offset)
         pin.updateFramePlacements(model, data)
@@ -35,9 +35,9 @@ class Tree:
         return np.array([data.oMf[tip].translation for tip in self._tips]), J @ self.coupling
 
     def weight(self, joints: Array, gravity: Array) -> Array:
-        """The torques (n,) ∂U/∂q [N m] that bear the links, with U = -Σ m g·c of masses m at c.
+        """The torques (n,) ∂U/∂q [N m] that hold the links, with U = -Σ m g·c for masses m at c.
 
-        `gravity` g (3,) [m/s²] is in the frame of the root link, which bears itself.
+        `gravity` g (3,) [m/s²] is in the frame of the root link, whose own weight is not included.
         """
         self.model.gravity.linear = gravity
         torques = pin.computeGeneralizedGravity(self.model, self._data, self.coupling @ joints + self.offset)
@@ -45,7 +45,7 @@ class Tree:
 
     @property
     def tip_frames(self) -> list[tuple[int, Array]]:
-        """Of each finger, the number of the joint that carries its tip, and the tip's place (3,) [m] in its frame."""
+        """For each finger, the joint that moves its tip, and the tip's position (3,) [m] in that joint's frame."""
         frames = [self.model.frames[tip] for tip in self._tips]
         return [(frame.parentJoint, np.array(frame.placement.translation)) for frame in frames]
 

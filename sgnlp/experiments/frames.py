@@ -1,4 +1,4 @@
-"""Rows as pandas frames, and what tables and figures are made of. Pandas is the extra `experiments`."""
+"""Rows as pandas frames, and helpers for tables and figures. Pandas is in the extra `experiments`."""
 
 from collections.abc import Sequence
 from math import sqrt
@@ -20,7 +20,7 @@ Tables = dict[str, Lines]  # tables by their titles
 def frame(rows: Sequence[Any]) -> Frame:
     """Dataclass rows as a frame, a column for each field.
 
-    Raises `InputError`: pandas is not installed.
+    Raises `InputError` if pandas is not installed.
     """
     try:
         from pandas import DataFrame
@@ -58,7 +58,7 @@ def wilson(successes: float, trials: int, level: float = 0.95) -> tuple[float, f
 
 
 def sign_test(better: int, worse: int) -> float:
-    """The p-value of the exact two-sided sign test: how likely so uneven a split of the pairs is by chance."""
+    """The p-value of the exact two-sided sign test: the probability that a split at least so uneven is chance."""
     from scipy.stats import binomtest
 
     return float(binomtest(better, better + worse).pvalue) if better + worse else 1.0

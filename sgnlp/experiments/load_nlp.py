@@ -1,4 +1,4 @@
-"""Load the nonlinear program in this folder: min f(x), lbg ≤ g(x) ≤ ubg, lbx ≤ x ≤ ubx. It needs casadi alone."""
+"""Load the nonlinear program in this folder: min f(x), lbg ≤ g(x) ≤ ubg, lbx ≤ x ≤ ubx. It needs only CasADi."""
 
 import json
 from pathlib import Path
@@ -9,7 +9,7 @@ import numpy as np
 
 
 def load(folder: Path = Path(__file__).parent) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any], dict[str, Any]]:
-    """The program and the options that give it its exact derivatives, for `ca.nlpsol`; its arrays; what it is."""
+    """The program, and the options with its exact derivatives, for `ca.nlpsol`; its arrays; its description."""
     functions = {
         file.stem: ca.Function.deserialize(file.read_text(encoding="utf-8")) for file in folder.glob("*.casadi")
     }

@@ -1,6 +1,6 @@
 """Logistic regression with a ridge, by Newton's method, and the choice of the ridge by leaving groups out.
 
-    L(b, w) = Σ_i log(1 + exp(-s_i (b + wᵀφ_i))) + λ/2 |w|²,   s_i = 1 of what held, else -1
+    L(b, w) = Σ_i log(1 + exp(-s_i (b + wᵀφ_i))) + λ/2 |w|²,   s_i = 1 if grasp i held, else -1
 
 L is convex, and the intercept b is free. Columns of Φ are φ, θ is (b, w).
 """
@@ -16,9 +16,9 @@ from sgnlp.base.errors import InputError
 from sgnlp.planning.confidence import Model
 
 STRENGTHS: tuple[float, ...] = tuple(float(s) for s in np.geomspace(1000.0, 0.1, 17))
-"""The λ that are tried, in steps of 1.8, the largest first: it is taken where they do as well."""
+"""The λ that are tried, in steps of a factor 1.8, the largest first: of equally good ones it is taken."""
 ITERATIONS, TOLERANCE = 100, 1e-10
-"""Newton's steps at most, and the largest entry of the gradient at which it ends."""
+"""Largest number of Newton steps, and the largest entry of the gradient at which they end."""
 
 
 def loss(theta: Array, phi: Array, held: BoolArray, strength: float) -> float:
@@ -35,7 +35,7 @@ def gradient(theta: Array, phi: Array, held: BoolArray, strength: float) -> Arra
 
 
 def minimum(phi: Array, held: BoolArray, strength: float) -> Array:
-    """The θ (1 + F,) of the least L. Raises `InputError` where all held, or none did: b would be infinite."""
+    """The θ (1 + F,) with the least L. Raises `InputError` if all held, or none did: b would be infinite."""
     if held.all() or not held.any():
         raise InputError("a confidence is fitted to grasps of which some held and some did not")
     theta = np.zeros(1 + phi.shape[1])
@@ -50,14 +50,15 @@ def minimum(phi: Array, held: BoolArray, strength: float) -> Array:
         before, length = loss(theta, phi, held, strength), 1.0
         while loss(theta - length * step, phi, held, strength) > before and length > TOLERANCE:
             length /= 2
-        if length <= TOLERANCE:  # to rounding, no step leads down any more
+        if length <= TOLERANCE:  # within rounding, no step decreases L any more
             break
         theta = theta - length * step
     return theta
 
 
 def left_out(phi: Array, held: BoolArray, groups: Sequence[str], strength: float) -> float:
-    """Log loss of all groups, each judged by a fit to the others; groups without which all are alike do not count."""
+    """Log loss of all groups, each predicted by a fit to the others; groups without which all outcomes agree are
+    skipped."""
     names, found = np.array(groups), 0.0
     for name in dict.fromkeys(groups):
         out = names == name
@@ -67,9 +68,9 @@ def left_out(phi: Array, held: BoolArray, groups: Sequence[str], strength: float
 
 
 def fitted(shape: Model, values: Array, held: BoolArray, groups: Sequence[str]) -> tuple[Model, float]:
-    """The model of these features fitted to values x (N, F), and its λ, the best of `STRENGTHS` for groups left out.
+    """The model of these features fitted to values x (N, F), and its λ, the best of `STRENGTHS` by cross-validation.
 
-    Raises `InputError` where all held, or none did.
+    Raises `InputError` if all held, or none did.
     """
     ends = zip(shape.features, values.min(axis=0), values.max(axis=0), strict=True)
     bounded = tuple(replace(f, low=float(low), high=float(high)) for f, low, high in ends)

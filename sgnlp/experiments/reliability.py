@@ -1,4 +1,4 @@
-"""How good probabilities are: what came true of those that are alike, and scores of p (N,) against `held` (N,)."""
+"""Quality of probabilities: observed shares in bins, and scores of p (N,) against outcomes `held` (N,)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from sgnlp.base.arrays import Array, BoolArray
 
 @dataclass(frozen=True)
 class Bin:
-    """Some probabilities that are alike: their number, range and mean, and how many came true."""
+    """Similar probabilities: their number, range and mean, and how many of the events happened."""
 
     number: int
     low: float
@@ -21,7 +21,8 @@ class Bin:
 
 
 def bins(p: Array, held: BoolArray, count: int) -> Iterator[Bin]:
-    """The probabilities in `count` bins of as many each, the lowest first; fewer bins of fewer probabilities."""
+    """The probabilities in `count` bins of equal size, the lowest first; with few probabilities there are fewer
+    bins."""
     for chosen in np.array_split(np.argsort(p, kind="stable"), min(count, len(p))):
         told = p[chosen]
         yield Bin(len(chosen), float(told.min()), float(told.max()), float(told.mean()), int(held[chosen].sum()))
@@ -33,14 +34,14 @@ def brier(p: Array, held: BoolArray) -> float:
 
 
 def log_loss(p: Array, held: BoolArray) -> float:
-    """Mean of -log of the probability of what came true; p is within (0, 1)."""
+    """Mean of -log of the probability of the observed outcome; p is within (0, 1)."""
     return float(-np.log(np.where(held, p, 1 - p)).mean())
 
 
 def area(p: Array, held: BoolArray) -> float:
-    """Area under the ROC: how likely one that held is told a higher p than one that did not; a tie counts half.
+    """Area under the ROC curve: the probability that a case that held has a higher p than one that did not.
 
-    NaN where all held, or none did.
+    A tie counts half. NaN if all held, or none did.
     """
     good, bad = int(held.sum()), int((~held).sum())
     if not good or not bad:

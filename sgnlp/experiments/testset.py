@@ -1,4 +1,4 @@
-"""Nonlinear programs of problems for whoever has only CasADi: functions, bounds, a start, the best known point."""
+"""Nonlinear programs of problems for users of CasADi alone: functions, bounds, a start, the best known point."""
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -57,7 +57,7 @@ class Exported:
     def write(self, folder: Path) -> None:
         """Write the functions, `nlp.npz`, `about.json` and the loader `load.py` into a folder.
 
-        Raises `InputError`: the folder cannot be written.
+        Raises `InputError` if the folder cannot be written.
         """
         results.write_arrays(folder / "nlp.npz", self.arrays)
         for name, function in self.functions.items():
@@ -67,15 +67,15 @@ class Exported:
 
 
 def export(name: str, planner: Planner, starts: list[Start], index: int, seed: int) -> Exported:
-    """The last program of a planner as `starts[index]` meets it, with the best of what all end in.
+    """The last program of a planner for `starts[index]`, with the best end of all starts.
 
-    The variables are seen from that start's pose; what others end in counts where it is within its bounds.
+    The variables are relative to that start's pose; ends of other starts count if they are within its bounds.
     """
     start, problem, last = starts[index], planner.problem, planner.stages[-1]
     nlp = program(problem.hand, last.nlp.structure, compiled=False)  # compiled functions cannot be written
     instance, x0 = planner.begin(last, start)
     answers = [planner.run(s) for s in starts]
-    for first in answers[index][:-1]:  # where the program before it ended
+    for first in answers[index][:-1]:  # the end of the program before it
         x0 = last.admitted(first.x, instance)
     points = [_seen_from(problem, start, s, found[-1].x) for s, found in zip(starts, answers, strict=True)]
     known = [(_residual(instance, x), x, s, found) for x, s, found in zip(points, starts, answers, strict=True)]
@@ -104,7 +104,7 @@ def export(name: str, planner: Planner, starts: list[Start], index: int, seed: i
 
 
 def _seen_from(problem: Problem, start: Start, other: Start, x: Array) -> Array:
-    """The variables of a point that was found from another start, about the pose of this one."""
+    """The variables of a point found from another start, relative to the pose of this one."""
     if other is start:
         return x
     units, n = variable_units(problem.hand), 6 + len(problem.hand.joint_names)

@@ -1,4 +1,4 @@
-"""How far the meshes of a hand and its arm are from obstacles: what the planner's spheres only stand for."""
+"""Distances of the true meshes of a hand and its arm from obstacles; the planner uses only spheres."""
 
 from collections.abc import Iterator, Sequence
 
@@ -16,9 +16,9 @@ from sgnlp.planning.solution import Solution
 from sgnlp.surface.shape_field import ShapeField
 
 FACE_POINTS = 1000
-"""Points drawn from the faces of a mesh beside its vertices."""
+"""Number of random points on the faces of a mesh, besides its vertices."""
 STEPS = 5
-"""Places on the straight way at which the hand is looked at, its ends among them."""
+"""Number of places on the straight way at which the hand is examined, with both ends."""
 
 
 def true_clearance(problem: Problem, solution: Solution, shapes: Sequence[Shape]) -> float:

@@ -24,7 +24,7 @@ from sgnlp.hand.yaml_nodes import numbers, word
 
 ARM_FILE = "arm.yaml"
 UNIT = 1e-6
-"""How far a quaternion's length may be from 1."""
+"""Largest deviation of a quaternion's length from 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Arm:
     name: str
     urdf: Path
     description: str
-    """The URDF of what counts, by `sgnlp.hand.description` and `arm_file.chain`: no gripper, nothing on the flange."""
+    """The URDF, by `sgnlp.hand.description` and `arm_file.chain`, without a gripper or anything else on the flange."""
     model: pin.Model
     """The joints with the root link fixed at the origin."""
     root: str
@@ -54,27 +54,27 @@ class Arm:
     pairs: tuple[tuple[int, int], ...]
     """Indices into `spheres` of the pairs checked for self-collision."""
     folder: Path
-    """Where its `arm.yaml` is."""
+    """Path of its `arm.yaml`."""
     digest: str
-    """SHA-256 of the description and the URDF, and of a mount that is not the default; not of the base."""
+    """SHA-256 of the description and the URDF, and of a mount other than the default; the base is not included."""
 
     @functools.cached_property
     def free_spheres(self) -> list[int]:
-        """Indices into `spheres` of those that can come down to the table: two joints or more move them.
+        """Indices into `spheres` of those that can reach the table: at least two joints move them.
 
-        What stands fixed stands on the table, and the first joint only turns about the axis that rises from it.
+        Fixed links stand on the table, and the first joint only turns about a vertical axis.
         """
         links = [self.model.getFrameId(sphere.link, pin.FrameType.BODY) for sphere in self.spheres]
         return [i for i, link in enumerate(links) if len(coordinates(self.model, link)) > 1]
 
 
 def available_arms() -> tuple[str, ...]:
-    """The names that `load_arm` knows, sorted."""
+    """The sorted names of the arms that come with the package."""
     return library.names(ARM_FILE)
 
 
 def load_arm(name_or_folder: str | Path) -> Arm:
-    """The arm of that name in `urdf/`, or of a folder holding `arm.yaml`, with the default mount.
+    """The arm with this name in `urdf/`, or in a folder with an `arm.yaml`, with the default mount.
 
     Raises `InputError`, in one line, for an unknown arm, key, link or joint and for values that contradict each other
     or the URDF.
@@ -87,10 +87,10 @@ def load_arm(name_or_folder: str | Path) -> Arm:
 
 
 def with_base(arm: Arm, pose: Array) -> Arm:
-    """The arm with its root link at a pose (7,), x y z qx qy qz qw, of the world.
+    """The arm with its root link at a pose (7,) in the world, x y z [m] qx qy qz qw.
 
     Raises:
-        InputError: it is not seven finite numbers with a quaternion of length 1.
+        InputError: the pose is not seven finite numbers with a quaternion of length 1.
     """
     values = numbers(pose, (7,), "the base of an arm, x y z qx qy qz qw,")
     if abs(np.linalg.norm(values[3:]) - 1.0) > UNIT:
@@ -99,21 +99,21 @@ def with_base(arm: Arm, pose: Array) -> Arm:
 
 
 def base_pose(values: Sequence[float]) -> Array:
-    """The pose (7,) of a base told as x y z, as these and intrinsic XYZ angles [deg], or with a quaternion x y z w.
+    """The pose (7,) of a base from x y z [m], from these and intrinsic XYZ angles [deg], or with a quaternion x y z w.
 
     Raises:
-        InputError: it is none of them.
+        InputError: it has another number of values.
     """
     if len(values) not in (3, 6, 7):
         said = f"3, 6 or 7 numbers: x y z, then angles [deg] or a quaternion; not {len(values)}"
-        raise InputError(f"the base of an arm is told by {said}")
+        raise InputError(f"the base of an arm is given by {said}")
     if len(values) == 7:
         return np.asarray(values, float)
     return hand_file.pose({"position": list(values[:3]), "euler_deg": list(values[3:]) or [0, 0, 0]}, "arm base")
 
 
 def with_mount(arm: Arm, hand: str) -> Arm:
-    """The arm with its mount for the hand of that name."""
+    """The arm with its mount for the hand with this name."""
     mount = arm.mounts.get(hand, arm.mounts[arm_file.DEFAULT])
     return replace(arm, mount=mount, digest=_digest(arm.digest, "mount", *mount))
 
@@ -160,7 +160,7 @@ def _build(file: Path, data: dict[str, Any], text: str) -> Arm:
 
 
 def _check_home(arm: Arm) -> None:
-    """Refuse pairs of spheres that overlap at home: they would at every posture near it."""
+    """Refuse pairs of spheres that overlap at home: they would overlap at every posture near it, too."""
     centres = places(arm.model, arm.base, arm.home, [(sphere.link, sphere.centre) for sphere in arm.spheres])
     for i, j in arm.pairs:
         one, other = arm.spheres[i], arm.spheres[j]

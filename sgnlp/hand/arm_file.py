@@ -1,4 +1,4 @@
-"""The parts of an arm's file `arm.yaml`, and of its description what counts. The keys are in `urdf/README.md`."""
+"""The parts of an arm's file `arm.yaml`, and the needed part of its URDF or MJCF. `urdf/README.md` has the keys."""
 
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping, Sequence
@@ -12,18 +12,18 @@ from sgnlp.hand.yaml_nodes import any_mapping, frozen, mapping, numbers, positiv
 
 KEYS = ("name", "urdf", "root", "flange", "home", "base", "mount", "spheres", "pairs")
 OPTIONAL = ("velocity", "effort")
-"""What a description may lack: an MJCF has no velocities."""
+"""Keys that replace values which a description may lack: an MJCF has no velocities."""
 DEFAULT = "default"
-"""The key of the mount for every hand that has none of its own."""
+"""The key of the mount for every hand without its own."""
 
 
 def chain(description: str, flange: str) -> str:
-    """The description without what the flange carries and what joints off the way to it move.
+    """The description without links on the flange, and without links moved by joints off the way to it.
 
-    A link stays if it is on the way from the root to the flange, or fixed to one that stays other than the flange.
+    A link stays if it is on the way from the root to the flange, or fixed to such a link other than the flange.
 
     Raises:
-        InputError: there is no such link, no joint moves it, or a joint on the way mimics another.
+        InputError: the link does not exist, no joint moves it, or a joint on the way mimics another.
     """
     robot = ElementTree.fromstring(description)
     links = {link.get("name", ""): link for link in robot.findall("link")}
@@ -69,7 +69,7 @@ def limits(data: Mapping[str, Any], kind: str, described: Array, names: Sequence
 
 
 def mounts(node: Any) -> dict[str, Array]:
-    """The poses (7,) of the hands' root links in the flange's frame by the names of the hands, and by `DEFAULT`."""
+    """The poses (7,) of the hands' root links in the flange's frame, by the name of the hand or by `DEFAULT`."""
     if any(key in POSE_KEYS for key in any_mapping(node, "mount")):
         return {DEFAULT: pose(node, "mount")}
     if DEFAULT not in node:

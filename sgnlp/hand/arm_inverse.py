@@ -1,7 +1,7 @@
-"""Inverse kinematics of an arm: joints at which the hand's root link is at a pose.
+"""Inverse kinematics of an arm: joints that bring the hand's root link to a pose.
 
-Damped Gauss-Newton steps (Levenberg-Marquardt) on e = (p* - p, log(R* Rᵀ)) with the joints kept within their limits:
-a joint that would go beyond its limit stops there, and the others make up for it.
+Damped Gauss-Newton steps (Levenberg-Marquardt) on e = (p* - p, log(R* Rᵀ)) keep the joints within their limits: a joint
+that would exceed its limit stops there, and the others compensate.
 """
 
 from dataclasses import dataclass
@@ -18,22 +18,22 @@ MAX_TURN = 0.8
 """Largest change of a joint in one step [rad or m]: beyond it the pose is not linear in the joints any more."""
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-2, 1e-12, 1.0
 EASIER, HARDER = 0.1, 10.0
-"""What the damping is multiplied by after a step that helps and after one that does not."""
+"""Factors of the damping after a step that reduces the error, and after one that does not."""
 DONE = 1e-9
-"""Length of e [m and rad] that is as good as none."""
+"""Length of e [m and rad] that counts as zero."""
 STALLED = 1e-3
-"""A step that makes |e| smaller, but by less than this share of it, hardly helps."""
+"""A step that reduces |e| by less than this share hardly helps."""
 PATIENCE = 3
-"""So many of them in a row end the search."""
+"""This many such steps in a row end the search."""
 NEAR = np.array([1e-4, 1e-3])
 """Errors in position [m] and in rotation [rad] at which `reach_all` counts a pose as reached."""
 DISTINCT = 0.05
-"""Solutions that differ by less than this in every joint [rad or m] are one."""
+"""Solutions that differ by less than this in every joint [rad or m] are the same."""
 
 
 @dataclass
 class _Place:
-    """Where the arm is: joints q, error e (6,) and Jacobian (6, a)."""
+    """A posture of the arm: joints q, error e (6,) and Jacobian (6, a)."""
 
     q: Array
     e: Array
@@ -43,7 +43,7 @@ class _Place:
 def reach(arm: Arm, wrist_pose: Array, begin: Array) -> tuple[Array, Array]:
     """Joints (a,) within the limits that bring the hand's root link nearest to a pose (7,), found from `begin` (a,).
 
-    Beside them the error (2,): the distance [m] and the angle [rad] that are left.
+    Also returns the remaining error (2,): distance [m] and angle [rad].
     """
     goal, data = pin.XYZQUATToSE3(np.asarray(wrist_pose, float)), arm.model.createData()
     here = _place(arm, goal, np.clip(begin, arm.lower, arm.upper), data)
@@ -65,8 +65,8 @@ def reach(arm: Arm, wrist_pose: Array, begin: Array) -> tuple[Array, Array]:
 def reach_all(arm: Arm, pose: Array, seed: int, tries: int) -> list[Array]:
     """Different joints (a,) that bring the hand's root link to a pose (7,) within `NEAR`; none if it is out of reach.
 
-    The search begins at home and at `tries` - 1 random postures. Angles are given in the turn nearest to home. First
-    comes the largest `fitness`.
+    The search begins at home and at `tries` - 1 random postures. Angles are in the turn nearest to home. The solutions
+    are sorted by decreasing `fitness`.
     """
     rng = np.random.default_rng(seed)
     begins = [arm.home, *rng.uniform(*_one_turn(arm), (tries - 1, len(arm.home)))]
@@ -80,9 +80,9 @@ def reach_all(arm: Arm, pose: Array, seed: int, tries: int) -> list[Array]:
 
 
 def way_ends(arm: Arm, q: Array, back: Array, lift: Array) -> tuple[Array, Array]:
-    """The joints (a,) nearest to q (a,) with the hand drawn back, and risen.
+    """The joints (a,) nearest to q (a,) with the hand drawn back, and with the hand lifted.
 
-    `back` (3,) [m] is told in the frame of the hand's root link, `lift` (1,) [m] along the world's z.
+    `back` (3,) [m] is in the frame of the hand's root link, `lift` (1,) [m] along the world's z.
     """
     wrist = pin.XYZQUATToSE3(wrist_pose(arm, q))
     steps = wrist.rotation @ back, np.append([0.0, 0.0], lift)
@@ -92,7 +92,7 @@ def way_ends(arm: Arm, q: Array, back: Array, lift: Array) -> tuple[Array, Array
 
 
 def fitness(arm: Arm, q: Array) -> float:
-    """Manipulability times the room that the tightest joint has left, as a share of half its range: 0 to 1."""
+    """Manipulability times the least distance of a joint from its limits, over half its range (0 to 1)."""
     room = np.minimum(q - arm.lower, arm.upper - q) / (arm.upper - arm.lower) * 2
     return manipulability(arm, q) * float(max(room.min(), 0.0))
 
@@ -106,7 +106,7 @@ def _place(arm: Arm, goal: pin.SE3, q: Array, data: pin.Data) -> _Place:
 def _stepped(arm: Arm, here: _Place, damping: float) -> Array:
     """The joints after a step, within the limits.
 
-    min |J s - e|² + λ |s|², in which joints that would go beyond their limits are put there and the others asked again.
+    min |J s - e|² + λ |s|². Joints that would exceed their limits are fixed there, and the others are solved for again.
     """
     low, high, step = arm.lower - here.q, arm.upper - here.q, np.zeros_like(here.q)
     free = np.ones(len(step), bool)
@@ -121,16 +121,16 @@ def _stepped(arm: Arm, here: _Place, damping: float) -> Array:
         step[beyond] = np.minimum(np.maximum(step, low), high)[beyond]
         free &= ~beyond
     step *= MAX_TURN / max(float(np.abs(step).max()), MAX_TURN)
-    return np.minimum(np.maximum(here.q + step, arm.lower), arm.upper)  # to the bit
+    return np.minimum(np.maximum(here.q + step, arm.lower), arm.upper)  # exactly, to the last bit
 
 
 def _one_turn(arm: Arm) -> tuple[Array, Array]:
-    """Limits (a,) of the random postures: half a turn about home at most, for a pose repeats after a whole one."""
+    """Limits (a,) of the random postures: at most half a turn from home, since poses repeat after a whole turn."""
     return np.maximum(arm.lower, arm.home - np.pi), np.minimum(arm.upper, arm.home + np.pi)
 
 
 def _unwound(arm: Arm, q: Array) -> Array:
-    """Whole turns taken off the revolute joints, so that each is as near to home as it can be within its limits."""
+    """The joints with whole turns removed, so that each is as near to home as its limits allow."""
     turning = np.array([joint.shortname().startswith("JointModelR") for joint in arm.model.joints[1:]])
     turns = np.where(turning, 2 * np.pi * np.round((q - arm.home) / (2 * np.pi)), 0.0)
     nearer = q - turns

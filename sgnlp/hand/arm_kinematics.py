@@ -1,4 +1,4 @@
-"""Kinematics and statics of an arm: numeric by Pinocchio and, beside it, the same as CasADi expressions.
+"""Kinematics and statics of an arm: numerically by Pinocchio, and as CasADi expressions.
 
 Twists and Jacobians are those of the hand's root link at its origin, along the axes of the world, linear part first.
 """
@@ -17,7 +17,7 @@ from sgnlp.hand.model import places
 from sgnlp.hand.placements import Backend, Chain, backend, constant, placements
 
 DAMPING = 1e-4
-"""ε [m or rad, by radian] of `log_manipulability`: singular values of the Jacobian far below it count as it."""
+"""ε [m or rad, per radian] of `log_manipulability`: smaller singular values of the Jacobian count as ε."""
 TWIST = 6
 
 Placement = tuple[ca.SX, ca.SX]
@@ -51,19 +51,19 @@ def wrist_and_jacobian(arm: Arm, q: Array, data: pin.Data) -> tuple[pin.SE3, Arr
 
 
 def manipulability(arm: Arm, q: Array) -> float:
-    """√det(J Jᵀ), 0 at a singularity; √det(Jᵀ J) of an arm with less than six joints, which never has six twists."""
+    """√det(J Jᵀ), 0 at a singularity; √det(Jᵀ J) for an arm with fewer than six joints, whose J has lower rank."""
     return float(np.sqrt(max(np.linalg.det(_gram(wrist_jacobian(arm, q))), 0.0)))
 
 
 def gravity_torques(arm: Arm, q: Array, mass: float, com_in_wrist: Array) -> Array:
     """Joint torques (a,) [N m] that hold the arm and a point mass [kg] at rest.
 
-    They are those of the links' own masses by the URDF, and of `mass` at `com_in_wrist` (3,) [m] in the frame of the
-    hand's root link: the hand's mass and the object's at their common centre.
+    They include the links' masses from the URDF, and `mass` at `com_in_wrist` (3,) [m] in the frame of the hand's root
+    link: the masses of hand and object at their common centre.
     """
     model = arm.model.copy()
     pose, J = wrist_and_jacobian(arm, q, model.createData())
-    gravity = np.array(model.gravity.linear)  # along the world's z, to be told in the root link's axes
+    gravity = np.array(model.gravity.linear)  # the world's z, expressed in the root link's axes
     model.gravity.linear = pin.XYZQUATToSE3(arm.base).rotation.T @ gravity
     links = pin.computeGeneralizedGravity(model, model.createData(), np.asarray(q, float))
     lever = pose.rotation @ np.asarray(com_in_wrist, float)
@@ -100,8 +100,8 @@ def arm_forward(arm: Arm, q: ca.SX, base: Placement | None = None, using: Backen
 def log_manipulability(arm: Arm, q: ca.SX, using: Backend | None = None) -> ca.SX:
     """log √det(J Jᵀ + ε² I), ε = `DAMPING`: that of `manipulability` away from singularities, smooth at them too.
 
-    The determinant is the product of the pivots of an L D Lᵀ factorisation. The motion of the first joint turns or
-    shifts all that comes after it alike, so that neither it nor the base has any part in it.
+    The determinant is the product of the pivots of an L D Lᵀ factorisation. The first joint moves the whole arm
+    rigidly, so the result depends neither on it nor on the base.
     """
     q = ca.vertcat(0, q[1:])
     chain = placements(arm.model, q, using or backend(arm.model))

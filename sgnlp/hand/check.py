@@ -1,7 +1,7 @@
-"""The examination of a hand's folder, before anything is planned with it.
+"""Checks of a hand's folder, before anything is planned with it.
 
-Every part of the file is read on its own, so that one mistake hides no other. Then the whole hand is compared with its
-meshes and with numeric Pinocchio.
+Every part of the file is read separately, so that one mistake does not hide another. Then the whole hand is compared
+with its meshes and with numeric Pinocchio.
 """
 
 from collections.abc import Callable, Sized
@@ -34,15 +34,15 @@ class Examination:
 
     @property
     def wrong(self) -> int:
-        """How many findings are wrong."""
+        """Number of findings with the verdict "wrong"."""
         return sum(finding.verdict == "wrong" for finding in self.findings)
 
 
 def examine(folder: Path, preset: str = "cover") -> Examination:
-    """Examine a folder that holds a hand.yaml, with one preset of its spheres.
+    """Check a folder with a hand.yaml, with one preset of its spheres.
 
     Raises:
-        InputError: there is no such folder or file.
+        InputError: the folder or the file does not exist.
     """
     if not (folder / HAND_FILE).is_file():
         raise InputError(f"'{folder}' is no folder holding {HAND_FILE}")
@@ -58,14 +58,14 @@ def examine(folder: Path, preset: str = "cover") -> Examination:
 
 
 class _Reading:
-    """The parts of a file, each read if what it needs could be read."""
+    """The parts of a file; each is read if the parts that it needs could be read."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.findings: list[Finding] = []
 
     def part(self, check: str, valid: str, read: Callable[[], Part], say: Callable[[Part], str]) -> Part | None:
-        """Read a part and say what was found; None where it is wrong."""
+        """Read a part and add a finding; None if the part is wrong."""
         try:
             part = read()
         except InputError as error:

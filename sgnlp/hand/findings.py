@@ -1,4 +1,4 @@
-"""What is found about a hand whose file can be read: its joints, tips, starts, spheres and kinematics."""
+"""Findings about a hand whose file can be read: its joints, tips, starts, spheres and kinematics."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -16,28 +16,28 @@ from sgnlp.hand.hand import Hand
 Verdict = Literal["ok", "look", "wrong"]
 
 FREE_JOINTS = 3
-"""Joints of a finger whose tip can go in every direction, as its spring pulls it."""
+"""Number of joints with which a fingertip can move in every direction."""
 MAX_EFFORT = 5.0
-"""A finger's joint with more torque [N m] would press with 50 N at 10 cm: a placeholder, most likely."""
+"""A larger torque [N m] of a finger's joint, 50 N at 10 cm, is most likely a placeholder."""
 MAX_TURN, MAX_SLIDE = 2 * np.pi, 0.5
-"""How far from zero a joint may go, one turn [rad] or [m], before its limits look like degrees or millimetres."""
+"""Limits beyond this, one turn [rad] or [m], look like degrees or millimetres."""
 ROW, THUMB = (("index", "fore"), ("middle",), ("ring",), ("little", "pinky", "small")), "thumb"
-"""Words in the names of the fingers that stand in a row, in the order from the thumb."""
+"""Words in the names of the fingers besides the thumb, in their order from the thumb."""
 LEAST_STEP = 0.001
-"""Least distance of the thumb from the middle of the row of fingers that decides where the row begins [m]."""
+"""Least distance of the thumb from the middle of the row of fingers that decides at which end the row begins [m]."""
 MAX_PAD_GAP, MAX_PAD = 0.005, 0.03
 """Largest gap between a pad and its finger, and largest radius of a pad [m]. The package's touch and have 12 mm."""
 MAX_PROTRUSION = 0.015
-"""How far a link may reach out of its spheres without a warning [m]; the Allegro's palm does by 12 mm."""
+"""Largest distance of a link outside its spheres without a warning [m]; it is 12 mm for the Allegro's palm."""
 CUBE, MAX_OFFSET = 0.06, 0.12
-"""Edge of a cube to be grasped [m], and how far from its middle the tips' may start; the Allegro's farthest: 11 cm."""
+"""Edge of a test cube [m], and largest distance of the tips' middle from its middle at a start (Allegro: 11 cm)."""
 SAMPLES, MAX_ERROR = 100, 1e-12
-"""Random poses of the kinematics, and the error allowed there [m]."""
+"""Number of random poses for the kinematics, and the largest error there [m]."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """What was found and what is valid. The verdict "look": it can be planned with, but looks like a mistake."""
+    """A finding, and what would be valid. The verdict "look" marks a likely mistake that does not prevent planning."""
 
     verdict: Verdict
     check: str
@@ -52,7 +52,7 @@ def found_of(hand: Hand) -> list[Finding]:
 
 
 def span(unit: str) -> Callable[[Array], str]:
-    """What says the span of values, in a unit."""
+    """A function that writes the range of values in a unit."""
     return lambda values: f"{np.min(values):.4g} to {np.max(values):.4g} {unit}"
 
 
@@ -61,7 +61,7 @@ def _finding(fine: bool, otherwise: Verdict, check: str, found: str, valid: str)
 
 
 def _joint_findings(hand: Hand) -> list[Finding]:
-    """How far the reference is from the limits, the strongest joint, and the mimic joints."""
+    """Distance of the reference from the limits, the strongest joint, and the mimic joints."""
     room = np.minimum(hand.reference - hand.lower, hand.upper - hand.reference)
     i, strongest = int(room.argmin()), int(hand.effort.argmax())
     found = [
@@ -115,7 +115,7 @@ def _order_finding(hand: Hand) -> list[Finding]:
 
 
 def _motor_findings(hand: Hand) -> Iterator[Finding]:
-    """Joints of their own that one motor moves: a plan would give them angles that it cannot hold."""
+    """Independent joints that one motor moves: a plan could give them angles that the motor cannot hold."""
     for joints in shared_motors(hand.urdf):
         free = [name for name in joints if name in hand.joint_names]
         if len(free) > 1:
@@ -149,7 +149,7 @@ def _tip_findings(hand: Hand) -> list[Finding]:
 
 
 def _pad_findings(hand: Hand) -> list[Finding]:
-    """Whether each pad is the skin of its finger."""
+    """Whether each pad is at the skin of its finger."""
     try:
         gaps = geometry.pad_gaps(hand)
     except InputError:

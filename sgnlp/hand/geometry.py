@@ -15,11 +15,11 @@ from sgnlp.perception.synthetic.truth import surface_samples
 
 ORIGIN = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 FACE_POINTS = 1000
-"""Points drawn from the faces of a mesh in addition to its vertices: a long face has no vertex in its middle."""
+"""Number of random points on the faces of a mesh, besides its vertices: long faces have no vertex in the middle."""
 
 
 def protrusions(hand: Hand) -> dict[str, float]:
-    """How far [m] the meshes of each link reach out of all spheres at the reference pose; negative if they do not."""
+    """Largest distance [m] of each link's meshes outside all spheres at the reference pose; negative if inside."""
     centres, radii = frames(hand, ORIGIN, hand.reference)[1], np.array([sphere.radius for sphere in hand.spheres])
     found: dict[str, float] = {}
     for name, points in _skin(hand):
@@ -29,7 +29,7 @@ def protrusions(hand: Hand) -> dict[str, float]:
 
 
 def _skin(hand: Hand) -> list[tuple[str, Array]]:
-    """For each mesh, its link and its `surface_points` (K, 3) [m] at the reference pose, seen from the root link."""
+    """For each mesh, its link and its `surface_points` (K, 3) [m] at the reference pose, in the root link's frame."""
     meshes = zip(mesh_links(hand), link_meshes(hand)[0], link_poses(hand, ORIGIN, hand.reference), strict=True)
     return [(link, surface_points(mesh, FACE_POINTS) @ T[:3, :3].T + T[:3, 3]) for link, mesh, T in meshes]
 
@@ -40,12 +40,12 @@ def surface_points(mesh: Mesh, count: int) -> Array:
 
 
 def tips(hand: Hand) -> Array:
-    """The tips (m, 3) [m] at the reference pose, seen from the root link."""
+    """The tips (m, 3) [m] at the reference pose, in the root link's frame."""
     return frames(hand, ORIGIN, hand.reference)[0]
 
 
 def finger_bases(hand: Hand) -> Array:
-    """Where the first joint of each finger is that does not move all of them (m, 3) [m], at the reference pose."""
+    """Position (m, 3) [m] of each finger's first joint that does not move all fingers, at the reference pose."""
     data = hand.model.createData()
     pin.forwardKinematics(hand.model, data, hand.reference)
     lines = [_own_joints(hand, finger) for finger in hand.fingers]
@@ -64,9 +64,9 @@ def _own_joints(hand: Hand, finger: Finger) -> list[int]:
 
 
 def pad_gaps(hand: Hand) -> Array:
-    """How far (m,) [m] each finger's pad is off the meshes of the finger at the reference pose; negative inside them.
+    """Distance (m,) [m] of each finger's pad from the finger's meshes at the reference pose; negative inside them.
 
-    A finger without meshes is taken to reach as far beyond its tip's link as its longest bone.
+    A finger without meshes is assumed to extend beyond its tip's link by the length of its longest bone.
     """
     skin, gaps = _skin(hand), []
     for finger, pad in zip(hand.fingers, tips(hand), strict=True):
@@ -96,14 +96,14 @@ def pair_gaps(hand: Hand) -> Array:
 
 
 def start_offsets(hand: Hand, edge: float) -> Array:
-    """For each wrist start, how far the middle of the tips is from that of a cube of this edge (W,)."""
+    """For each wrist start, the distance (W,) [m] of the tips' middle from that of a cube with this edge [m]."""
     extents = np.full(3, edge)
     poses = [start.pose(np.zeros(3), extents) for start in hand.wrist_starts]
     return np.linalg.norm([frames(hand, pose, hand.reference)[0].mean(axis=0) for pose in poses], axis=1)
 
 
 def kinematics_error(hand: Hand, samples: int, seed: int = 0) -> float:
-    """The largest difference [m] of the symbolic tips and spheres to numeric Pinocchio's, at random poses."""
+    """The largest difference [m] between symbolic and numeric tips and spheres, at random poses."""
     n = len(hand.joint_names)
     symbols = ca.SX.sym("wrist", 7), ca.SX.sym("joints", n), ca.SX.sym("v", 6 + n)
     f = forward(hand, *symbols)

@@ -35,16 +35,16 @@ class Hand:
 
     name: str
     urdf: Path
-    """The file that describes it, a URDF or an MJCF."""
+    """Its URDF or MJCF file."""
     description: str
-    """The hand from the root on, as a URDF that Pinocchio and MuJoCo read, by `sgnlp.hand.description`."""
+    """The hand from the root on, as the text of a URDF for Pinocchio and MuJoCo, by `sgnlp.hand.description`."""
     model: pin.Model
     """The tree of joints with the root link fixed at the origin (no free flyer)."""
     root: str
     joint_names: tuple[str, ...]
-    """The n joints in Pinocchio's order, which sorts by name and not by finger, without those that mimic others."""
+    """The n joints in Pinocchio's order, which sorts by name and not by finger, without mimic joints."""
     mimics: tuple[Mimic, ...]
-    """The joints that follow others."""
+    """The mimic joints, which follow others."""
     lower: Array  # (n,) [rad or m]
     upper: Array  # (n,) [rad or m]
     effort: Array  # (n,) [N m or N]
@@ -56,22 +56,22 @@ class Hand:
     pairs: tuple[tuple[int, int], ...]
     """Indices into `spheres` of the pairs checked for self-collision."""
     wrist_starts: tuple[WristStart, ...]
-    palm: Array  # (3,) the direction that the palm looks in, in the root's frame
+    palm: Array  # (3,) the direction that the palm faces, in the root's frame
     gain_lower: Array  # (m,) [N/m]
     gain_upper: Array  # (m,) [N/m]
     gain_initial: Array  # (m,) [N/m]
     digest: str
-    """SHA-256 of the hand's file, of what describes it, the preset of spheres and, on an arm, the arm's digest."""
+    """SHA-256 of the hand's file, its description, the preset of spheres and, on an arm, the arm's digest."""
     kinematics: Backend
-    """What gives the placements of its joints, and of its arm's, as expressions."""
+    """The backend of the joint placements, its own and its arm's, as expressions."""
     arm: Arm | None = None
-    """What carries the hand; None for a wrist that is free."""
+    """The arm that carries the hand; None without one."""
     alone: "Hand | None" = None
     """The hand without the arm that carries it."""
 
     @property
     def models(self) -> tuple[pin.Model, ...]:
-        """Its own tree of joints and its arm's."""
+        """The joint trees of the hand and of its arm."""
         return (self.model, self.arm.model) if self.arm else (self.model,)
 
     @property
@@ -81,16 +81,16 @@ class Hand:
 
     @property
     def moving_joints(self) -> tuple[str, ...]:
-        """The joints that move, those of their own first, then those that mimic them."""
+        """All moving joints: the hand's own joints, then the mimic joints."""
         return (*self.joint_names, *(mimic.name for mimic in self.mimics))
 
     def moving_angles(self, joints: Array) -> Array:
-        """Where the `moving_joints` stand [rad or m], for the joints (n,)."""
+        """Positions of the `moving_joints` [rad or m] at the joints (n,)."""
         return np.array([*joints, *(mimic.angle(joints[mimic.joint]) for mimic in self.mimics)])
 
 
 def available_hands() -> tuple[str, ...]:
-    """The names that `load_hand` knows, sorted."""
+    """The sorted names of the hands that come with the package."""
     return library.names(HAND_FILE)
 
 
@@ -101,15 +101,15 @@ def load_hand(
     arm_base: Sequence[float] = (),
     kinematics: Backend | None = None,
 ) -> Hand:
-    """The hand of that name in `urdf/`, or of a folder holding `hand.yaml`, with one preset of its spheres.
+    """The hand with this name in `urdf/`, or in a folder with a `hand.yaml`, with one preset of its spheres.
 
-    `arm` names the arm that carries it, or its folder, and `arm_base` where that stands in the world if not where its
-    file says: x y z [m], these and intrinsic XYZ angles [deg], or these and a quaternion x y z w.
+    `arm` is the name or the folder of the arm that carries it. `arm_base` is the pose of the arm's root link in the
+    world, by default that in the arm's file: x y z [m], these and intrinsic XYZ angles [deg], or these and a quaternion
+    x y z w. `kinematics` is the backend of the joint placements, by default the best that runs on this machine.
 
-    `kinematics` is the backend of its placements, the best that runs here if it is not given.
-
-    Raises `InputError`, in one line, for an unknown hand, preset, key, link or joint, for values that contradict each
-    other or the description, and for a backend that does not run here.
+    Raises:
+        InputError: the hand, preset, a key, link or joint is unknown, values contradict each other or the description,
+            or the backend does not run on this machine. The message is one line.
     """
     file = library.find("hand", name_or_folder, HAND_FILE)
     try:
@@ -134,7 +134,7 @@ def _carried(hand: Hand, arm: Arm, base: tuple[float, ...]) -> Hand:
 
 
 def told(hand: Hand) -> dict[str, Any] | None:
-    """The arm of a hand in plain values, as `load_hand` is given it; None without one."""
+    """The arm of a hand in plain values, as for `load_hand`; None without one."""
     if hand.arm is None:
         return None
     known = hand.arm.name in available_arms()
@@ -142,7 +142,7 @@ def told(hand: Hand) -> dict[str, Any] | None:
 
 
 def on_arm(hand: Hand, arm: Arm) -> Hand:
-    """The hand carried by an arm, at the mount that the arm has for a hand of that name.
+    """The hand carried by an arm, at the arm's mount for this hand.
 
     Raises:
         InputError: the hand is on an arm already, or the two share a name of a joint or sphere.

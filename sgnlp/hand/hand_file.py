@@ -1,4 +1,4 @@
-"""The parts of a hand's file `hand.yaml`, each read and checked on its own. Its keys are in `urdf/README.md`."""
+"""The parts of a hand's file `hand.yaml`, each read and checked separately. `urdf/README.md` describes the keys."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ from sgnlp.hand.yaml_nodes import (
 
 KEYS = ("name", "urdf", "root", "effort", "fingers", "reference", "gains", "wrist", "spheres")
 OPTIONAL = ("limits", "couplings", "mirror")
-"""What a hand's file may change in its description."""
+"""Keys with which a hand's file changes its description."""
 POSE_KEYS = ("position", "euler_deg")
 MIN_FINGERS = 3  # fewer frictional point contacts cannot hold a rigid body against every wrench
 
@@ -42,7 +42,8 @@ class Finger:
     offset: Array
     radius: float
     joints: tuple[int, ...]
-    """Indices into `Hand.joint_names` of what moves the tip, root first; a mimic joint counts as the one it follows."""
+    """Indices into `Hand.joint_names` of the joints that move the tip, root first; mimic joints count as their
+    leaders."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,9 +91,9 @@ def text(file: Path) -> str:
 
 
 class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
-    """YAML's safe loader, which takes the last of two equal keys, made to refuse the second.
+    """YAML's safe loader, changed to refuse duplicate keys instead of taking the last.
 
-    It is LibYAML's, which takes a tenth of the time, where PyYAML was built with it.
+    It is LibYAML's, which takes a tenth of the time, if PyYAML was built with it.
     """
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
@@ -105,7 +106,7 @@ class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mi
 
 
 def entries(content: str, keys: Sequence[str] = KEYS, optional: Sequence[str] = OPTIONAL) -> dict[str, Any]:
-    """The entries of the file from its text, exactly those of `keys`, and of the optional ones any."""
+    """The entries of the file from its text: exactly those of `keys`, and any of the optional ones."""
     try:
         return mapping(yaml.load(content, _Loader), "the file", keys, optional)
     except (yaml.YAMLError, ValueError, TypeError) as error:
@@ -116,7 +117,7 @@ def entries(content: str, keys: Sequence[str] = KEYS, optional: Sequence[str] = 
 
 
 def changes(data: Mapping[str, Any]) -> Changes:
-    """What the entries of a file change in the description."""
+    """The changes to the description in the entries of a file."""
     limits, couplings = (any_mapping(data.get(key, {}), key) for key in ("limits", "couplings"))
     mirror = data.get("mirror", False)
     if not isinstance(mirror, bool):
@@ -251,7 +252,7 @@ def wrist_starts(node: Any) -> tuple[WristStart, ...]:
 
 
 def palm_direction(node: Any) -> Array:
-    """The unit vector (3,) that the palm looks in, in the root's frame: down where `root_euler_deg` alone turns it."""
+    """The unit vector (3,) that the palm faces, in the root's frame: with only `root_euler_deg` applied it is down."""
     turn = euler_rotation(mapping(node, "wrist", ("root_euler_deg", "starts"))["root_euler_deg"], "root_euler_deg")
     return frozen(turn.T @ [0.0, 0.0, -1.0])
 

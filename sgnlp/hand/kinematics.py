@@ -1,4 +1,4 @@
-"""Forward kinematics as CasADi expressions and, beside it, the same in numeric Pinocchio.
+"""Forward kinematics as CasADi expressions, and the same in numeric Pinocchio.
 
 The configuration is `q = q_seed ⊕ v`: a seed (wrist pose and joint angles) moved by a tangent vector v of R^(6+n),
 as Pinocchio's free flyer does it. There is no Euler angle and no quaternion constraint, and the derivatives with
@@ -19,15 +19,15 @@ from sgnlp.hand.placement_functions import motion_subspace
 from sgnlp.hand.placements import Backend, Chain, constant, placements
 
 SERIES_TERMS = 16
-"""Terms of the power series in θ². The remainder is under 1e-16 for |θ| ≤ 4 in the value and two derivatives."""
+"""Number of terms of the power series in θ². For |θ| ≤ 4 the remainder of value and two derivatives is below 1e-16."""
 
 
 @dataclass(frozen=True)
 class Frames:
-    """Symbolic positions in the world of a hand with m fingers, S spheres, L links and J joints, those that mimic too.
+    """Symbolic world positions of a hand with m fingers, S spheres, L links and J joints, including mimic joints.
 
-    A joint moves what it carries along its axis or about it, through its pivot. The axes have length 1, but for joints
-    that mimic another: theirs are as long as the multiplier.
+    A joint moves its links along its axis, or about it through its pivot. The axes have length 1, except for mimic
+    joints, whose axes have the length of the multiplier.
     """
 
     tips: ca.SX  # (m, 3) [m]
@@ -45,7 +45,7 @@ def forward(hand: Hand, wrist: ca.SX, joints: ca.SX, v: ca.SX, using: Backend | 
 
     `wrist` (7,) is the seed pose x y z qx qy qz qw of the root link with a unit quaternion, `joints` (n,) the seed
     angles, `v` (6+n,) the tangent: linear and angular part in the seed's body frame [m, rad], then the joints [rad].
-    The backend is the hand's own unless `using` names another; raises `InputError` for one that does not run here.
+    The backend is the hand's own unless `using` names another; raises `InputError` if that does not run here.
     """
     rotation, position = _integrate_pose(wrist, v[:6])
     chain = placements(hand.model, joints + v[6:], using or hand.kinematics)

@@ -1,4 +1,4 @@
-"""Where the descriptions are that come with the package: folders of `urdf/`, each of a hand or of an arm."""
+"""The descriptions that come with the package: folders of `urdf/`, each of a hand or of an arm."""
 
 import importlib.resources
 from pathlib import Path
@@ -7,15 +7,15 @@ from sgnlp.base.errors import unknown
 
 
 def names(file_name: str) -> tuple[str, ...]:
-    """The names, sorted, of the folders that hold a file of this name."""
+    """The sorted names of the folders with a file of this name."""
     return tuple(sorted(file.parent.name for file in _folder().glob(f"*/{file_name}")))
 
 
 def find(kind: str, name_or_folder: str | Path, file_name: str) -> Path:
-    """The file of the folder of that name in `urdf/`, or of any folder that holds one.
+    """The file in the folder with this name in `urdf/`, or in any folder that has one.
 
     Raises:
-        InputError: there is none; `kind` says of what.
+        InputError: there is no such file; the message calls it a `kind`.
     """
     known = names(file_name)
     file = Path(name_or_folder) / file_name
@@ -27,12 +27,12 @@ def find(kind: str, name_or_folder: str | Path, file_name: str) -> Path:
 
 
 def beside(name: str) -> Path | None:
-    """The file of this name in a folder of `urdf/`, beside the description there; None if there is none."""
+    """The file with this name in a folder of `urdf/`; None if there is none."""
     return next(iter(sorted(_folder().glob(f"*/{name}"))), None)
 
 
 def _folder() -> Path:
-    """In the installed package, else beside it in the source tree."""
+    """The folder `urdf/` in the installed package, else beside it in the source tree."""
     try:
         return Path(str(importlib.resources.files("sgnlp.urdf")))
     except ModuleNotFoundError:

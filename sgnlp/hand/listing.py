@@ -1,4 +1,4 @@
-"""The hands that come with the package, those too whose description is in a package that is not installed."""
+"""The hands that come with the package, including those whose description is in a package not installed."""
 
 from dataclasses import dataclass
 
@@ -14,13 +14,13 @@ class Listing:
     name: str
     fingers: int
     joints: int
-    """Those that have an angle of their own."""
+    """Number of joints with their own coordinate."""
     coupled: int | None
-    """Those that follow one of them; None where the description is not there."""
+    """Number of mimic joints; None if the description is not installed."""
     package: str
-    """What brings the description; empty if it is beside the hand's file."""
+    """The package with the description; empty if it is beside the hand's file."""
     command: str | None
-    """What makes the hand usable; None if it is, empty if that is not known."""
+    """The command that makes the hand usable; None if it is usable, empty if the command is not known."""
 
 
 def listed_hands() -> tuple[Listing, ...]:

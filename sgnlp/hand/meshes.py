@@ -1,4 +1,4 @@
-"""The meshes that the URDF of a hand or arm shows, and where they are."""
+"""The visual meshes in the URDF of a hand or arm, and their poses."""
 
 import functools
 from pathlib import Path
@@ -13,13 +13,13 @@ from sgnlp.base.errors import InputError
 from sgnlp.perception.synthetic.meshes import Mesh, box, cylinder, unit_sphere
 
 MIN_THICKNESS = 1e-6
-"""Least ratio of the third to the first singular value of a mesh's vertices: single precision has no more digits."""
+"""Least ratio of the third to the first singular value of a mesh's vertices, near single precision."""
 BALL_POINTS, SIDES = 100, 24
-"""Vertices of a sphere and sides of a cylinder that a URDF has in the place of a mesh."""
+"""Vertices of a sphere and sides of a cylinder that a URDF has instead of a mesh."""
 
 
 class Described(Protocol):
-    """What has a URDF: a hand, an arm, or the skeleton of a hand that is being drafted."""
+    """Anything with a URDF: a hand, an arm, or the skeleton of a hand that is being drafted."""
 
     @property
     def urdf(self) -> Path:
@@ -27,14 +27,14 @@ class Described(Protocol):
 
     @property
     def description(self) -> str:
-        """Its text as Pinocchio and MuJoCo read it."""
+        """The text of the URDF for Pinocchio and MuJoCo."""
 
     @property
     def model(self) -> pin.Model:
         """The tree of its joints."""
 
     def __hash__(self) -> int:
-        """Of the object, not of its values: what is read for it is read once."""
+        """Hash of the object, not of its values, so that its files are read once."""
 
 
 @functools.cache
@@ -45,7 +45,7 @@ def _loader() -> coal.MeshLoader:
 
 @functools.lru_cache(maxsize=4)
 def _geometry(hand: Described) -> pin.GeometryModel:
-    """What the URDF shows."""
+    """The visual geometry of the URDF."""
     try:
         model = pin.buildGeomFromUrdfString(
             hand.model, hand.description, pin.GeometryType.VISUAL, package_dirs=[], mesh_loader=_loader()
@@ -61,7 +61,7 @@ def _geometry(hand: Described) -> pin.GeometryModel:
 
 @functools.lru_cache(maxsize=4)
 def _meshes(hand: Described) -> tuple[Mesh, ...]:
-    """The meshes of what it shows; one of a file that is there twice is read once."""
+    """The meshes of the visual geometry; a file that is used twice is read once."""
     known: dict[tuple[str, ...], Mesh] = {}
     found = []
     for i, shown in enumerate(_geometry(hand).geometryObjects):
@@ -87,7 +87,7 @@ def _fault(mesh: Mesh) -> str:
 
 
 def _mesh(shown: pin.GeometryObject) -> Mesh:
-    """A geometry of Pinocchio as a mesh: of a file, a box, a cylinder or capsule, or a sphere; a URDF has no other."""
+    """A geometry of Pinocchio as a mesh: from a file, or of a box, a cylinder or capsule, or a sphere."""
     shape: Any = shown.geometry
     if hasattr(shape, "tri_indices"):
         faces = np.array([[t[0], t[1], t[2]] for t in map(shape.tri_indices, range(shape.num_tris))], int).reshape(
@@ -106,7 +106,7 @@ def link_meshes(hand: Described) -> tuple[list[Mesh], list[tuple[float, float, f
     """The L meshes of the links in their own frames [m], and their colours.
 
     Raises:
-        InputError: a mesh of the URDF is not there, or is none.
+        InputError: a mesh of the URDF is missing, or cannot be read.
     """
     colours = []
     for shown in _geometry(hand).geometryObjects:
@@ -116,7 +116,7 @@ def link_meshes(hand: Described) -> tuple[list[Mesh], list[tuple[float, float, f
 
 
 def mesh_files(hand: Described) -> list[tuple[str, tuple[float, ...]]]:
-    """Of the L meshes, the path of the file, "" for a solid of the URDF's own, and the scale that it is read with."""
+    """For each of the L meshes, the path of its file ("" for a primitive of the URDF) and its scale."""
     return [(shown.meshPath, tuple(map(float, shown.meshScale))) for shown in _geometry(hand).geometryObjects]
 
 
@@ -126,7 +126,7 @@ def mesh_links(hand: Described) -> list[str]:
 
 
 def link_places(hand: Described) -> list[tuple[int, Array]]:
-    """Of the L meshes, the joint of the model that each moves with, and its pose (4, 4) in that joint's frame."""
+    """For each of the L meshes, the joint of the model that moves it, and its pose (4, 4) in that joint's frame."""
     shown = _geometry(hand).geometryObjects
     return [(one.parentJoint, np.array(one.placement.homogeneous)) for one in shown]
 

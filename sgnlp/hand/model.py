@@ -1,7 +1,7 @@
-"""The tree of a hand's joints, from its URDF: which joints there are, how far they go, and which follow others.
+"""The tree of a hand's joints, from its URDF: the joints, their limits, and mimic joints.
 
-A joint that mimics another stands at `multiplier · q + offset`, with q of the joint that it follows. It has no
-coordinate of its own; its limits narrow those of the other.
+A mimic joint is at `multiplier · q + offset`, with q of the joint that it follows. It has no coordinate of its own; its
+limits narrow those of the other joint.
 """
 
 import xml.etree.ElementTree as ElementTree
@@ -26,7 +26,7 @@ class Mimic:
     offset: float  # [rad or m]
 
     def angle(self, q: Any) -> Any:
-        """Where it stands [rad or m], for q of the joint that it follows."""
+        """Its position [rad or m], for q of the joint that it follows."""
         return self.multiplier * q + self.offset
 
 
@@ -34,7 +34,7 @@ def joint_model(description: str) -> pin.Model:
     """The tree of joints with the root link fixed at the origin; mimic joints narrow the limits of those they follow.
 
     `description` is that of `sgnlp.hand.description`. Raises:
-        InputError: Pinocchio cannot read it, or a joint leaves nothing of the limits of the one that it mimics.
+        InputError: Pinocchio cannot read it, or a mimic joint leaves no range to the joint that it follows.
     """
     joints = ElementTree.fromstring(description).findall("joint")
     coupled = {joint.get("name", ""): joint for joint in joints if joint.find("mimic") is not None}
@@ -50,7 +50,7 @@ def read_model(description: str, mimic: bool) -> pin.Model:
     """The tree of joints as Pinocchio reads it; if not `mimic`, every joint has a coordinate of its own.
 
     Raises:
-        InputError: it cannot.
+        InputError: Pinocchio cannot read it.
     """
     try:
         return pin.buildModelFromXML(description, mimic=mimic)
@@ -64,7 +64,7 @@ def own_joints(model: pin.Model) -> tuple[str, ...]:
 
 
 def mimics(model: pin.Model) -> tuple[Mimic, ...]:
-    """The joints that have none, in the order of the model."""
+    """The joints without a coordinate, in the order of the model."""
     found = []
     for i in range(1, model.njoints):
         if model.joints[i].nq == 0:
@@ -77,7 +77,7 @@ def link(name: Any, model: pin.Model, kind: str) -> int:
     """The index of the link's frame in the model.
 
     Raises:
-        InputError: there is no such link; `kind` says what it was needed for.
+        InputError: the link does not exist; the message calls it a `kind`.
     """
     if not model.existFrame(str(name), pin.FrameType.BODY):
         raise unknown_name(kind, str(name), [frame.name for frame in model.frames if frame.type == pin.FrameType.BODY])
@@ -101,7 +101,7 @@ def places(model: pin.Model, root: Array, joints: Array, points: list[tuple[str,
 
 
 def _narrow(model: pin.Model, mimic: Mimic, limit: ElementTree.Element) -> None:
-    """Narrow the limits of the joint that a mimic follows to those between which the mimic keeps its own."""
+    """Narrow the limits of the joint that a mimic joint follows, so that the mimic joint keeps its own limits."""
     ends = [(float(limit.get(key, "nan")) - mimic.offset) / mimic.multiplier for key in ("lower", "upper")]
     i, (low, high) = mimic.joint, sorted(ends)
     model.lowerPositionLimit[i] = low = max(low, model.lowerPositionLimit[i])

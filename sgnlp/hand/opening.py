@@ -1,4 +1,4 @@
-"""How large a thing a hand can hold between its pads, and how hard its motors press there."""
+"""The size of object that a hand can hold between its pads, and the force of its motors there."""
 
 from dataclasses import dataclass
 
@@ -13,10 +13,10 @@ ORIGIN = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 GIVE = 0.01
 """A pad touches the ball if it is within this of it [m]: fingers of one motor do not all close on one circle."""
 OPPOSED = 0.866
-"""Cosine of the angle, 30°, by which the last finger may stand beside the line through the others' middle."""
+"""Cosine of the largest angle, 30°, between the last finger and the line through the others' middle."""
 TRIES = 6
 LEAST = 1e-9
-"""A joint with a shorter lever [m] bears any force by its bearing."""
+"""With a shorter lever arm [m] a joint's bearing holds any force."""
 BEGIN = 0.06  # diameter of the ball that the search begins with [m]
 
 
@@ -34,8 +34,8 @@ def opening(hand: Hand, seed: int = 0) -> Opening | None:
 
     max D over the joints q and the centre c, with 0 ≤ |a_i(q) - c| - r_i - D/2 ≤ `GIVE` for the pads,
     |s_j(q) - c| - ρ_j - D/2 ≥ 0 for the other spheres, and (a_m - c)·b ≤ -`OPPOSED` |a_m - c| |b| with
-    b = Σ_{i<m} (a_i - c): the best of `TRIES` local solutions by Ipopt, begun at the reference and at seeded joints.
-    None if there is none.
+    b = Σ_{i<m} (a_i - c). It is the best of `TRIES` local solutions by Ipopt, from the reference and from seeded random
+    joints; None if there is none.
     """
     n = len(hand.joint_names)
     q, c, D = ca.SX.sym("q", n), ca.SX.sym("c", 3), ca.SX.sym("D")
@@ -72,9 +72,9 @@ def _gaps(points: ca.SX, c: ca.SX, D: ca.SX, radii: Array) -> ca.SX:
 
 
 def press(hand: Hand, at: Opening) -> float:
-    """The force [N] with which the last finger and the others press the ball between them, all motors within effort.
+    """The force [N] with which the last finger and the others press the ball between them, within all efforts.
 
-    A finger presses with f towards the centre if |J_iᵀ u_i| f is within the effort of every joint; the fingers on one
+    A finger can press with f towards the centre if |J_iᵀ u_i| f is within the effort of every joint. The forces on one
     side add up, and the weaker side decides.
     """
     J = tip_jacobian(hand, ORIGIN, at.joints).reshape(len(hand.fingers), 3, -1)

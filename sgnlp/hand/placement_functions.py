@@ -2,10 +2,10 @@
 
     (q (n,) [rad or m]) -> rotations (3, 3 J), positions (3, J) [m]
 
-of the J joints, one beside the other, in the frame of the model's root. `placements.cpp` makes the function of any
-model. It is built on request, once for each version of Pinocchio and CasADi, into the user's cache, where what it makes
-is kept. The functions of the hands and arms that come with the package are carried by it, so that they need no
-compiler. A function is found by the digest of its model, and taken only if it agrees with numeric Pinocchio.
+of the J joints, side by side, in the frame of the model's root. `placements.cpp` makes the function of any model. It is
+built on request, once for each version of Pinocchio and CasADi, into the user's cache, which also keeps its results.
+The package contains the functions of its own hands and arms, so that these need no compiler. A function is found by the
+digest of its model, and used only if it agrees with numeric Pinocchio.
 """
 
 import hashlib
@@ -29,29 +29,29 @@ SOURCE = "placements.cpp"
 FLAGS = ("-std=c++17", "-O0", "-w", "-DNDEBUG")  # it runs for milliseconds
 LIBRARIES = ("-lcasadi",)
 TIMEOUT = 60.0
-"""Longest time that the placements of a model may take [s]; they usually take 0.05."""
+"""Time limit for the placements of a model [s]; they usually take 0.05 s."""
 
 PROBES = ((0.2, 0.9), (-0.7, 0.4))
-"""The digest is of the placements here: the first and the last coordinate, the others evenly between [rad or m]."""
+"""Joint coordinates of the digest [rad or m]: the first and the last one, the others evenly between."""
 DECIMALS = 7
-"""Of them [m]: far above what differs from one machine's sine to another's."""
+"""Rounding of these placements [m]: far above the differences of sines between machines."""
 CHECKS = ((1.1, -0.5), (-0.3, -1.3), (0.6, 0.1))
-"""A function has to agree with numeric Pinocchio here."""
+"""Joint coordinates at which a function must agree with numeric Pinocchio."""
 EXACT = 1e-12
 
 
 def function(model: pin.Model) -> ca.Function | None:
-    """The function of a model, carried or from the cache; None if there is none that can be read and agrees."""
+    """The function of a model, from the package or the cache; None if none can be read and agrees with Pinocchio."""
     return _found(model)[1]
 
 
 def text(model: pin.Model) -> str:
-    """The text of the function of a model, the same for every version of CasADi that reads it; "" if there is none."""
+    """The serialised function of a model, equal for all versions of CasADi that can read it; "" if there is none."""
     return _found(model)[0]
 
 
 def lack(model: pin.Model) -> str:
-    """Why there is no function of a model, with the remedy; "" if there is one."""
+    """Why a model has no function, with the remedy; "" if it has one."""
     if function(model) is not None:
         return ""
     if any(True for _ in _texts(model)):
@@ -60,7 +60,7 @@ def lack(model: pin.Model) -> str:
 
 
 def fault() -> str:
-    """Why functions cannot be made here, with the remedy; "" if they can."""
+    """Why functions cannot be built on this machine, with the remedy; "" if they can."""
     prefix = Path(pin.__file__).parents[4]
     if not (prefix / "include" / "pinocchio").is_dir():
         return f"Pinocchio's C++ headers are not in '{prefix}'; install it by pip"
@@ -169,13 +169,13 @@ def file_name(model: pin.Model) -> str:
 
 
 def digest(model: pin.Model) -> str:
-    """What tells models apart that have other placements."""
+    """A digest that differs between models with different placements."""
     rounded = np.concatenate([_placed(model, *probe) for probe in PROBES]).round(DECIMALS) + 0.0  # no -0.0
     return hashlib.sha256(f"{model.nq} {model.njoints}".encode() + rounded.tobytes()).hexdigest()[:16]
 
 
 def _texts(model: pin.Model) -> Iterator[str]:
-    """The serialised functions that may be those of a model: what the package carries, and what the cache has."""
+    """Candidates for the serialised function of a model: from the package, then from the cache."""
     if (carried := library.beside(file_name(model))) is not None:
         yield carried.read_text(encoding="utf-8")
     if kept := toolchain.note_of(_kept(model)):
@@ -183,7 +183,7 @@ def _texts(model: pin.Model) -> Iterator[str]:
 
 
 def _found(model: pin.Model) -> tuple[str, ca.Function | None]:
-    """The first text that is the function of a model, and the function."""
+    """The first of these texts that is the function of the model, and the function."""
     read = ((text, _read(text, model)) for text in _texts(model))
     return next(((text, found) for text, found in read if found is not None), ("", None))
 
@@ -193,7 +193,7 @@ def _kept(model: pin.Model) -> Path:
 
 
 def _read(text: str, model: pin.Model) -> ca.Function | None:
-    """The function in a text; None if this CasADi cannot read it, or it is of another model."""
+    """The function in a text; None if this CasADi cannot read it, or it belongs to another model."""
     try:
         found = ca.Function.deserialize(text)
     except RuntimeError:

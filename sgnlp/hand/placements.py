@@ -1,10 +1,10 @@
-"""The placements of all joints of a model as CasADi expressions, by the best backend that runs here.
+"""The placements of all joints of a model as CasADi expressions, by the best backend on this machine.
 
 * `pinocchio.casadi`: Pinocchio's recursion on CasADi scalars, from Python. The wheel on PyPI is built without it.
-* `pinocchio (compiled)`: the same recursion, run once a model by C++ (`sgnlp.hand.placement_functions`).
-* `model walk`: the recursion written here, for any model of revolute and prismatic joints.
+* `pinocchio (compiled)`: the same recursion, run once for each model in C++ (`sgnlp.hand.placement_functions`).
+* `model walk`: the recursion in this file, for any model of revolute and prismatic joints.
 
-All give the same to 1e-12.
+All agree to 1e-12.
 """
 
 from collections.abc import Callable
@@ -21,7 +21,7 @@ from sgnlp.hand.placement_functions import motion_subspace
 
 Backend = Literal["pinocchio.casadi", "pinocchio (compiled)", "model walk"]
 BACKENDS: tuple[Backend, ...] = get_args(Backend)
-"""The preferred one first."""
+"""The backends, the preferred one first."""
 
 Chain = list[tuple[ca.SX, ca.SX]]
 """Rotation (3, 3) and position (3,) [m] of the universe and every joint in the frame of the model's root."""
@@ -42,10 +42,10 @@ def backend(*models: pin.Model) -> Backend:
 
 
 def usable(using: Backend, *models: pin.Model) -> Backend:
-    """A backend that is asked for.
+    """The given backend, checked.
 
     Raises:
-        InputError: there is none of that name, or it does not run here for one of the models.
+        InputError: the name is unknown, or the backend does not run here for one of the models.
     """
     if using not in BACKENDS:
         raise unknown("kinematics backend", using, BACKENDS)
@@ -67,10 +67,10 @@ def lack(model: pin.Model, using: Backend) -> str:
 
 
 def identity(using: Backend, *models: pin.Model) -> str:
-    """What tells the expressions that a usable backend gives for models from those of another, or of another version.
+    """A text that identifies the expressions of a usable backend for models; other backends and versions differ.
 
     Raises:
-        InputError: the functions of the models have gone.
+        InputError: the functions of the models are missing.
     """
     if using == "pinocchio (compiled)":
         return using + "".join(_text(model) for model in models)
@@ -115,7 +115,7 @@ def _unusable(using: Backend, reason: str) -> InputError:
 
 
 def _walked(model: pin.Model, angles: ca.SX) -> Chain:
-    """By recursion over the model's tree: parent · placement · motion."""
+    """Placements by recursion over the model's tree: parent · placement · motion."""
     chain: Chain = [(ca.SX.eye(3), ca.SX(3, 1))]
     for joint in range(1, model.njoints):
         rotation, position = chain[model.parents[joint]]

@@ -11,7 +11,7 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError, unknown
 
 LISTED = 12
-"""Valid names that are listed at most; of more, the nearest ones are."""
+"""Largest number of valid names that are listed; of more, only the nearest ones are."""
 
 
 def unknown_name(kind: str, name: str, valid: Collection[str]) -> InputError:
@@ -23,7 +23,7 @@ def unknown_name(kind: str, name: str, valid: Collection[str]) -> InputError:
 
 
 def mapping(node: Any, where: str, keys: Collection[str], optional: Collection[str] = ()) -> dict[str, Any]:
-    """The mapping `node`, holding exactly those keys, and of the optional ones any."""
+    """The mapping `node`, with exactly these keys, and any of the optional ones."""
     data = any_mapping(node, where)
     for key in data:
         if key not in keys and key not in optional:

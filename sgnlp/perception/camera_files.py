@@ -25,7 +25,7 @@ KNOWN = (
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """What a file says of a camera, unchecked."""
+    """A camera as read from a file, unchecked."""
 
     intrinsics: Array  # (3, 3) [px]
     pose: Array | None  # (4, 4), or (3, 4) its upper rows: camera to world [m]
@@ -35,10 +35,9 @@ class Camera:
 
 
 def read(path: Path, image: str, posed: bool = True) -> Camera:
-    """The camera of a file; of a file of many, the one with the number that the name `image` is.
+    """The camera in a file; if the file has many, the one whose number is the name `image`.
 
-    Its pose may be missing unless it must be `posed`.
-    Raises `InputError` that says what is missing, not begun with the path.
+    The pose may be missing unless `posed`. Raises `InputError`, which says what is missing, without the path.
     """
     try:
         text = path.read_text(encoding="utf-8")
@@ -95,7 +94,7 @@ def _one(found: dict[str, Any], image: str) -> dict[str, Any]:
 
 
 def _intrinsics(found: Mapping[str, Any]) -> Array:
-    """K (3, 3) from rows, or all numbers row by row; Open3D's, which stand column by column, turned."""
+    """K (3, 3) from rows, or from all numbers row by row; Open3D's, which are column by column, transposed."""
     for key in MATRICES:
         if key in found and not (isinstance(found[key], Mapping) and "data" not in found[key]):
             return _numbers(found, key, 9).reshape(3, 3)
@@ -112,7 +111,7 @@ def _intrinsics(found: Mapping[str, Any]) -> Array:
 
 
 def _pose(found: Mapping[str, Any], posed: bool) -> tuple[Array | None, list[str]]:
-    """Camera to world, and a note where the file has it the other way round."""
+    """The pose, camera to world, and a note if the file has the inverse."""
     if "pose" in found:
         return _matrix(found), []
     if "extrinsic" in found:
@@ -147,7 +146,7 @@ def _matrix(found: Mapping[str, Any]) -> Array:
 
 
 def _inverse(pose: Array) -> Array:
-    """Of a rigid motion; of anything else it is no rigid motion either."""
+    """The inverse of a rigid motion; for any other matrix the result is not rigid either."""
     R, t = pose[:3, :3], pose[:3, 3]
     return np.block([[R.T, -(R.T @ t)[:, None]], [pose[3:]]])
 

@@ -1,6 +1,6 @@
-"""What is dropped of a cloud and why: marks for "no return", the table and what is below, outliers, what cannot be.
+"""Cleaning of a cloud: drops marks for "no return", the table and points below it, outliers and impossible points.
 
-Every step notes what it drops. A cloud of one body on a table loses a few outliers and nothing else.
+Every step notes what it drops. A cloud of one body on a table loses only a few outliers.
 """
 
 import math
@@ -18,17 +18,17 @@ from sgnlp.perception.sampling import MAX_POINTS, grid_sample
 from sgnlp.perception.text_rows import counts
 
 SAME = 1e-6
-"""Points that agree to this are the same [m]: no camera gives a point twice to a micrometre."""
+"""Points that agree to this are copies [m]: no camera measures a point twice to a micrometre."""
 REPEATS = 10
-"""A point that occurs this often, and this many times more often than the median, is a mark and no measurement."""
+"""A point that occurs this often, and this many times more often than the median, is a mark, not a measurement."""
 MARK_GAP = 0.1
 """Many points with the coordinate 0, or with one low z, are marks if they are this far from all others [m]. A body's
 level top is nearer to the table than this. Other repeated coordinates must be farther than a body is wide."""
 MARKS_NAMED = 3
-"""How many of the marks are named."""
+"""Largest number of marks that are named."""
 UNITS = {"mm": 0.001, "cm": 0.01, "inches": 0.0254}
 USUAL_WIDTH = (0.03, 0.4)
-"""Width of what a hand grasps [m], by which the unit of a cloud is guessed for its error."""
+"""Usual widths of graspable objects [m], by which an error message guesses the unit of a cloud."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,9 @@ class ObservationSettings(Checked):
     max_invalid_share: Annotated[float, (0.0, 1.0)] = 0.2
     """Largest share of points that may be beyond `max_coordinate`; NaN and infinity, for "no return", may be more."""
     max_coordinate: Positive = 1e7
-    """[m] The northings of maps end here; a larger coordinate is some sensor's mark for "no return"."""
+    """[m] Largest coordinate, the limit of northings in maps; larger ones are a sensor's mark for "no return"."""
     min_points: Annotated[int, (4, math.inf)] = 30
-    """Fewest points that are not the same, before and after cleaning."""
+    """Fewest different points, before and after cleaning."""
     min_width: Positive = 0.01
     """[m] Smallest longest side of the cloud's box."""
     max_width: Positive = 0.5
@@ -53,17 +53,17 @@ class ObservationSettings(Checked):
     max_step: Positive = 0.015
     """[m] Largest step of rounded coordinates: beyond a fingertip's radius the shape is lost."""
     min_flatness: Positive = 1e-3
-    """Smallest ratio of the second (else a line) and third (else a plane) singular value to the first."""
+    """Smallest ratio of the second and third singular value to the first; below it the cloud is a line or a plane."""
     max_share_below_table: Annotated[float, (0.0, 1.0)] = 0.2
     """Largest share of points that may lie below the table."""
     table_quantile: Annotated[float, (0.0, 1.0)] = 0.005
-    """Quantile of the heights that stands for the table where none is given."""
+    """Quantile of the heights that is taken as the table's height if none is given."""
     max_points: Annotated[int, POSITIVE] = MAX_POINTS
     """Larger clouds are thinned on a grid to at most this many points."""
 
 
 class Cleaning:
-    """The points that are left, their places in the input, and the notes on those that are not."""
+    """The remaining points, their indices in the input, and notes on the dropped ones."""
 
     def __init__(self, points: Array, settings: ObservationSettings, notes: Sequence[str]) -> None:
         self.points = points  # (n, 3)
@@ -82,7 +82,7 @@ class Cleaning:
             raise InputError(f"has {len(self.points)} points, {needed}{dropped}")
 
     def measured(self, factor: float, pose: Array | None) -> None:
-        """To metres and, by a pose (4, 4), to the world; drops what is not a finite measurement."""
+        """Convert to metres and, by a pose (4, 4), to the world; drop points that are not finite measurements."""
         if counts(self.points[:, 0]):
             raise InputError("the first column counts 0, 1, 2: save x y z alone")
         if factor != 1.0:
@@ -99,9 +99,9 @@ class Cleaning:
         self.points = moved(self.points, pose)
 
     def drop_marks(self, table: float | None) -> None:
-        """Drops points that come again and again, and those of which one coordinate is one far value.
+        """Drop points that occur many times, and points that share one coordinate far from all others.
 
-        Such are zeros and other marks for "no return", whether they were moved to the world with the rest or not.
+        These are zeros and other marks for "no return", whether or not they were moved to the world with the rest.
         """
         _, first, cell, number = np.unique(
             _cells(self.points), return_index=True, return_inverse=True, return_counts=True
@@ -116,19 +116,19 @@ class Cleaning:
                 self._drop_far_value(axis, letter, side, table)
 
     def _drop_far_value(self, axis: int, letter: str, side: float, table: float | None) -> None:
-        """Drops points whose coordinate is the least (side 1) or greatest one, exactly, far from all others."""
+        """Drop points whose coordinate is exactly the least (side 1) or greatest one, far from all others."""
         value = side * self.points[:, axis]
         least = value.min()
         same = value <= least + SAME
         rest = value[~same]
         on_table = letter == "z" and table is not None and abs(side * least - table) < MARK_GAP
-        usual = abs(least) <= SAME or (letter == "z" and side > 0)  # 0, or below everything
+        usual = abs(least) <= SAME or (letter == "z" and side > 0)  # the value is 0, or below everything
         gap = MARK_GAP if usual else self.settings.max_width
         if same.sum() >= REPEATS and rest.size and rest.min() >= least + gap and not on_table:
             self.keep(~same, f"have {letter} = {side * least:.5g} m, a mark for no return")
 
     def drop_copies(self, raw: Array) -> None:
-        """Drops all but one of equal points; refuses too few different ones, and rounded ones by their `raw` values."""
+        """Drop copies of points; refuse too few different ones, and coordinates whose `raw` values are rounded."""
         settings, count = self.settings, len(self.points)
         first = np.unique(_cells(self.points), return_index=True)[1]
         if len(first) < settings.min_points:
@@ -142,7 +142,7 @@ class Cleaning:
         self.keep(np.isin(np.arange(count), first), "are copies of others")
 
     def find_table(self, given: float | None) -> float:
-        """The height of the table, given or estimated; drops what is below it."""
+        """The height of the table, given or estimated; points below it are dropped."""
         heights = self.points[:, 2]
         span = f"the cloud's heights run from {heights.min():.4f} to {heights.max():.4f} m"
         if given is None:
@@ -161,13 +161,14 @@ class Cleaning:
         return table
 
     def thin(self) -> None:
-        """One point a grid cell, for clouds above `max_points`."""
+        """Keep one point in each grid cell, for clouds above `max_points`."""
         mask = np.zeros(len(self.points), bool)
         mask[grid_sample(self.points, self.settings.max_points)] = True
         self.keep(mask, "share a cell of the thinning grid with another")
 
     def drop_outliers(self) -> None:
-        """Statistical removal: distance to the neighbours, on average, above its mean + ratio · deviation."""
+        """Statistical outlier removal: drop points with a mean distance to neighbours above mean + ratio ·
+        deviation."""
         neighbours = min(self.settings.outlier_neighbours, len(self.points) - 1)
         distances, _ = cKDTree(self.points).query(self.points, k=neighbours + 1)
         average = np.asarray(distances)[:, 1:].mean(axis=1)  # (n,) [m] without the point itself
@@ -184,7 +185,7 @@ def moved(points: Array, pose: Array | None) -> Array:
 def check_shape(points: Array, settings: ObservationSettings, table: float | None) -> None:
     """Refuse a cloud without volume, or too wide or small for a hand.
 
-    The copy of a flat top on a `table` that was given closes a body below it.
+    A flat top is accepted if the `table` was given: its copy on the table closes the body from below.
     """
     width = float(np.ptp(points, axis=0).max())
     if width > settings.max_width:
@@ -204,13 +205,13 @@ def check_shape(points: Array, settings: ObservationSettings, table: float | Non
 
 
 def coordinate_steps(points: Array) -> list[float]:
-    """The least difference [m] of two coordinates along each axis, 0 where there are fewer than three of them."""
+    """The least difference [m] of two coordinates along each axis; 0 if there are fewer than three values."""
     values = [np.unique(column) for column in points.T]
     return [float(np.diff(value).min()) if len(value) > 2 else 0.0 for value in values]
 
 
 def step_of_32_bits(raw: Array, points: Array) -> float:
-    """The step [m] of the largest coordinate if all raw ones (n, 3) are numbers of 32 bits, else 0."""
+    """The rounding step [m] of the largest coordinate if all raw ones (n, 3) are 32-bit numbers, else 0."""
     single = raw.astype(np.float32)
     if not (single == raw).all():
         return 0.0
@@ -224,7 +225,7 @@ def _usual(width: float) -> bool:
 
 
 def _cells(points: Array) -> IntArray:
-    """A number (n,) for the cube of edge `SAME` that a point is in, a hash of its place."""
+    """A hash (n,) of the cube of edge `SAME` that each point is in."""
     cell = np.round((points - np.median(points, axis=0)) / SAME).astype(np.int64)
     with np.errstate(over="ignore"):
         return cell @ np.array([1, 0x9E3779B97F4A7C15 - 2**64, 0x517CC1B727220A95])

@@ -24,7 +24,7 @@ OPTIONAL_KEYS = (
     *("notes", *NUMBERS, *TEXTS),
 )
 TRANSFORM = "transform"
-"""Key of the (4, 4) that took what was measured to the file's frame: for people and robots, no part of the cloud."""
+"""Key of the transform (4, 4) from the frame of the measurement to the file's; for users, not part of the cloud."""
 ATTRIBUTES = (
     *("rgb", "rgba", "bgr", "color", "colors", "colour", "colours", "normal", "normals", "intensity", "intensities"),
     *("label", "labels", "mask", "class", "classes", "segment", "segments", "semantic", "instance", "instances"),
@@ -44,15 +44,15 @@ CONVERT = (
     "\"import numpy as np; d = np.load('{file}', allow_pickle=True); "
     "np.savez('converted.npz', **{how})\""
 )
-"""The one line that makes an npz of what was pickled."""
+"""The one-line command that converts a pickled file to npz."""
 
 
 def read(path: str | Path, key: str | None = None) -> dict[str, Any]:
-    """The cloud in a file as arguments of `sgnlp.perception.observation.observe`, unchecked, and its `half`.
+    """The cloud in a file as unchecked arguments of `sgnlp.perception.observation.observe`, and its `half`.
 
-    The suffix picks the reader; what `point_files` does not read is npz or npy. `key` names the array of an npz that
-    holds the points. Raises `InputError` when the file is missing, not a file,
-    unreadable, damaged, holds pickled objects, or lacks the points.
+    The suffix chooses the reader; all that `point_files` does not read is npz or npy. `key` names the array of an npz
+    that holds the points. Raises `InputError` if the file is missing, not a regular file, unreadable, damaged, pickled,
+    or without points.
     """
     path = Path(path)
     try:
@@ -82,7 +82,7 @@ def check_name(name: str) -> None:
 
 
 def safe_name(name: str) -> str:
-    """The name of a folder: letters, digits, spaces and . _ + - of a name, _ for each other character."""
+    """The name as that of a folder: letters, digits, spaces and . _ + - stay, other characters become _."""
     return UNSAFE.sub("_", name).lstrip(" .+-")[:MAX_NAME] or "object"
 
 
@@ -107,9 +107,9 @@ def mesh(vertices: object, faces: object) -> tuple[Array, IntArray]:
 
 
 def obstacles(points: object, numbers: object) -> tuple[Array, IntArray] | None:
-    """The points (M, 3) of obstacles and the number (M,) of the one that each is of, checked; None if there are none.
+    """The points (M, 3) of obstacles and the obstacle number (M,) of each, checked; None if there are none.
 
-    Without numbers all are of one, 0.
+    Without numbers all belong to obstacle 0.
     """
     if points is None:
         if numbers is not None:
@@ -125,9 +125,9 @@ def obstacles(points: object, numbers: object) -> tuple[Array, IntArray] | None:
 
 
 def rows(value: object, name: str) -> tuple[Array, tuple[str, ...]]:
-    """Points (N, 3) of an array of that shape, of an image (H, W, 3) or with fields x, y and z, and what is noted.
+    """Points (N, 3) from an array of that shape, an image (H, W, 3) or a record array with fields x, y, z; and notes.
 
-    Raises `InputError` for another shape, with the expression that would make it right where that is known.
+    Raises `InputError` for another shape, with an expression that corrects it if one is known.
     """
     array = np.asarray(value) if not isinstance(value, np.ndarray) else value
     names = array.dtype.names or ()
@@ -146,7 +146,7 @@ def rows(value: object, name: str) -> tuple[Array, tuple[str, ...]]:
 
 def floats(value: object, name: str, shape: tuple[int | None, ...]) -> Array:
     """`value` as a float64 array of `shape` (None: any length), or an `InputError` that calls it `name`."""
-    with np.errstate(over="ignore", invalid="ignore"):  # wider types: what does not fit becomes infinite
+    with np.errstate(over="ignore", invalid="ignore"):  # values of wider types that do not fit become infinite
         return _checked(value, name, shape, "fiu", "real numbers").astype(np.float64)
 
 
@@ -250,7 +250,7 @@ def _cameras(arrays: dict[str, object]) -> tuple[list[str], list[str]]:
 
 
 def _is_attribute(word: str, array: NDArray[np.generic]) -> bool:
-    """By its name, as bytes, which are colours, or by rows of length 1, which are normals."""
+    """Whether it is an attribute: by its name, as bytes (colours), or as rows of length 1 (normals)."""
     if word in ATTRIBUTES or array.dtype == np.uint8:
         return True
     rows_of_three = array.dtype.kind == "f" and array.ndim == 2 and array.shape[1] == 3 and len(array) > 0
@@ -258,7 +258,7 @@ def _is_attribute(word: str, array: NDArray[np.generic]) -> bool:
 
 
 def _offer(arrays: dict[str, object]) -> str:
-    """Which arrays could be meant by --key."""
+    """A hint which arrays could be given as --key."""
     shapes = {key: np.asarray(array) for key, array in arrays.items() if key not in (*OPTIONAL_KEYS, *ATTRIBUTES)}
     fitting = [key for key, a in shapes.items() if a.ndim > 1 and a.shape[-1] == 3 and a.dtype.kind in "fiu"]
     return f"if '{fitting[0]}' holds the points, say --key {fitting[0]}; " if fitting else ""

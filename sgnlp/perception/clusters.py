@@ -1,10 +1,10 @@
-"""What stands on a table, parted into clusters: points that are joined by steps shorter than the gaps between bodies.
+"""Splits the points above a table into clusters, joined by steps shorter than the gaps between bodies.
 
-    DBSCAN (Ester et al. 1996) on the means of the points in the cells of a grid: a cell with enough others near it,
-    and about as many points as they have, is a core, cores near each other are of one cluster, and what is near a core
-    belongs to it.
+    DBSCAN (Ester et al. 1996) on the mean points of grid cells: a cell with enough other cells near it, and about as
+    many points as they have, is a core. Cores near each other are in one cluster. Other cells near a core belong to its
+    cluster.
 
-A few flying pixels between two bodies are no core and do not join them.
+A few flying pixels between two bodies are not cores and do not join them.
 """
 
 import numpy as np
@@ -17,37 +17,37 @@ from sgnlp.base.arrays import Array, BoolArray, IntArray
 from sgnlp.perception.sampling import grid_cells
 
 CELL = 0.003
-"""[m] Side of a cell of the grid: larger than a pixel at 1 m, so that near bodies take no longer than far ones."""
+"""[m] Side of a grid cell: larger than a pixel at 1 m, so that near bodies do not take longer than far ones."""
 LINK = 0.006
-"""[m] Steps that join: half the gap between two bodies that no finger fits in, as noise takes the rest of it, and more
-than that of pixels at 1.5 m on a surface seen at 60 deg."""
+"""[m] Longest step that joins: half of a gap that no finger fits in, since noise fills the rest, and more than the
+spacing of pixels at 1.5 m on a surface seen at 60 deg."""
 SPARSE = 2.5
-"""Of a cloud that is sparser, steps that join are so many times the distance to the nearest neighbour."""
+"""In a sparser cloud the longest step that joins is this many times the median distance of nearest neighbours."""
 CORE = 4
-"""Cells near one that make it a core; one on a surface has a dozen, one on a body's edge half of them."""
+"""Least number of cells near a core; a cell on a surface has a dozen, one on a body's edge half of them."""
 DENSE = 0.25
-"""A core has at least this share of the points that the cells near it have on average: flying pixels have not."""
+"""A core has at least this share of the mean number of points of the cells near it; flying pixels have fewer."""
 BODY_CELLS = 30
-"""Fewest cells of a cluster that others may be parts of."""
+"""Fewest cells of a cluster that may absorb others as its parts."""
 OVERLAP = 0.35
-"""A part is of the cluster whose outline, seen from above, has this share of it: the handle under a lying mug, the far
-wall of a bowl. Bodies beside each other have less, where a round one reaches over a low one."""
+"""A cluster is part of another whose outline, seen from above, contains at least this share of it: the handle under a
+lying mug, the far wall of a bowl. Bodies beside each other have less, even if a round one overhangs a low one."""
 SCRAP, SCRAP_GAP = (8, 0.1), 0.02
-"""A cluster of at least so many cells, and at most this share of another one's, no farther from it than this [m], is a
-part of it that it hides from the rest."""
+"""A cluster with at least the first number of cells, at most this share of another cluster's, and no farther from it
+than this [m], is a part that occlusion cut off from the other."""
 SQUARE, CLOSED = 0.005, 3
-"""[m] Side of the squares of an outline, and how many of them a gap in it may be wide on either side."""
+"""[m] Side of the squares of an outline, and the half-width in squares of the gaps that are closed in it."""
 
 
 def cells(points: Array, side: float) -> tuple[Array, IntArray, IntArray]:
-    """The means (c, 3) of the points (n, 3) in each cell of a grid, their numbers (c,), and the cell (n,) of each."""
+    """The mean (c, 3) and number (c,) of the points (n, 3) in each grid cell, and the cell (n,) of each point."""
     _, cell, count = np.unique(grid_cells(points, side), return_inverse=True, return_counts=True)
     means = np.stack([np.bincount(cell, column) for column in points.T], axis=1) / count[:, None]
     return means, count, cell
 
 
 def clustered(points: Array) -> IntArray:
-    """The cluster (n,) of each of the points (n, 3) in a frame with z up, -1 of none; in no order."""
+    """The cluster (n,) of each of the points (n, 3) in a frame with z up, -1 for none; numbers are in no order."""
     if len(points) == 0:
         return np.zeros(0, np.int64)
     means, count, cell = cells(points, CELL)
@@ -66,14 +66,14 @@ def clustered(points: Array) -> IntArray:
     border = pairs[core[pairs].sum(axis=1) == 1]
     flip = core[border[:, 1]]
     inner, outer = np.where(flip, border[:, 1], border[:, 0]), np.where(flip, border[:, 0], border[:, 1])
-    number[outer] = number[inner]  # the last of several, always the same one
+    number[outer] = number[inner]  # if there are several, the last one; the order is always the same
     return np.asarray(_whole(means, number)[cell])
 
 
 def _whole(means: Array, number: IntArray) -> IntArray:
-    """Clusters with those parts joined to them that are in their outline, seen from above, and no higher than they.
+    """Join to each cluster the parts that are inside its outline, seen from above, and no higher than it.
 
-    `means` (n, 3) are points with z up, `number` (n,) the cluster of each, negative of none.
+    `means` (n, 3) are points with z up, `number` (n,) the cluster of each, negative for none.
     """
     there, count = np.unique(number[number >= 0], return_counts=True)
     order = [int(n) for n in there[np.argsort(-count, kind="stable")]]

@@ -1,9 +1,9 @@
-"""What a camera saw around the object as convex shapes: upright boxes around the points of each thing.
+"""Obstacles that a camera saw around the object, as convex shapes: upright boxes around each cluster of points.
 
-A cluster gets the upright box of least area around its points, turned about z, down to the table where it stands on it.
-It is parted in two, across the edge that leaves the least, as long as the parts are much smaller together, or the box
-holds points of the object. So an L-shaped thing, or a wall on two sides, leaves its inner corner free. What stands is
-parted seen from above alone: a camera sees the skin of a thing, and what is below it is not free.
+A cluster gets the upright box of least area around its points, turned about z, and extended to the table if the cluster
+stands on it. The box is split in two, across the axis that leaves the least volume, while the halves together are much
+smaller, or while it holds points of the object. So the inner corner of an L-shaped obstacle stays free. A standing box
+is split only in the view from above: a camera sees the skin of an obstacle, and the space below it is not free.
 """
 
 from itertools import chain
@@ -16,19 +16,19 @@ from sgnlp.perception.observation import Observation
 from sgnlp.perception.shape import Shape
 
 STANDING = 0.03
-"""[m] What begins no higher above the table stands on it: below its seen points it is solid, or hidden."""
+"""[m] A cluster that begins no higher above the table stands on it: below its points it is solid or hidden."""
 INFLATION = 0.005
-"""[m] Boxes are rounded outwards by so much: noise of a point and error of a camera's pose."""
+"""[m] Boxes are rounded outwards by this, for the noise of a point and the error of a camera's pose."""
 THIN = 0.002
 """[m] Least edge of a box."""
 GAIN, PARTS = 0.75, 4
-"""A box is parted if its halves have at most this share of its volume, and at most so many times in a row."""
+"""A box is split if its halves have at most this share of its volume, and at most this many times in a row."""
 FEWEST = 4
-"""Points that make a box; scattered ones are boxed too, but not parted."""
+"""Fewest points of a box that is split; fewer scattered points get a box, too."""
 
 
 def seen_shapes(observation: Observation) -> tuple[Shape, ...]:
-    """The shapes of what an observation has around its object; none if it has none."""
+    """The shapes of the obstacles that an observation has around its object."""
     points, number = observation.obstacle_points, observation.obstacle
     if points is None or number is None or not len(points):
         return ()
@@ -42,7 +42,7 @@ def seen_shapes(observation: Observation) -> tuple[Shape, ...]:
 def boxes(points: Array, table: float, keep_out: Array, name: str) -> list[Shape]:
     """Boxes that cover points (n, 3) [m] on a table at a height [m], holding few of the points `keep_out` (k, 3).
 
-    Where the points stand on the table, so does every box: what is below a seen point is solid, or was not seen.
+    If the points stand on the table, so does every box: the space below a seen point is solid or unseen.
     """
     low = table if points[:, 2].min() < table + STANDING else None
     return _parted(points, low, keep_out, name, PARTS)
@@ -50,7 +50,7 @@ def boxes(points: Array, table: float, keep_out: Array, name: str) -> list[Shape
 
 def _parted(points: Array, low: float | None, keep_out: Array, name: str, parts: int) -> list[Shape]:
     whole = _box(points, low, name)
-    axes = range(3 if low is None else 2)  # what stands is parted seen from above
+    axes = range(3 if low is None else 2)  # standing clusters are split in the view from above
     parted = [halves for axis in axes if (halves := _halved(points, whole, axis))]
     if parts == 0 or not parted:
         return [whole]
@@ -101,7 +101,7 @@ def _outline(flat: Array) -> Array:
 
 
 def _edges(corners: Array) -> Array:
-    """The directions [rad] of the edges between corners (n, 2): one of them is that of the least box."""
+    """The directions [rad] of the edges between corners (n, 2); the box of least area has one of them."""
     steps = np.roll(corners, -1, axis=0) - corners
     return np.asarray(np.arctan2(steps[:, 1], steps[:, 0]))
 

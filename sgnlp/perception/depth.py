@@ -3,8 +3,8 @@
     x = t + R z K⁻¹ (u, v, 1)ᵀ,     z the depth at the pixel (u, v), (R, t) the camera's pose, K its intrinsics
 
 The camera looks along its z axis, x to the right of the image and y down it (OpenCV, ROS's optical frames); (0, 0) is
-the middle of the first pixel. Images are rectified: no lens distortion is undone. Colour is not used; what finds the
-object in it gives the mask. Without a mask `segment` finds the objects, and the pose may be missing.
+the middle of the first pixel. Images must be rectified: lens distortion is not corrected. Colour is not used; the mask
+comes from a segmentation. Without a mask `segment` finds the objects, and the pose may be missing.
 """
 
 from collections.abc import Sequence
@@ -30,19 +30,19 @@ TABLE_DIGITS = 4
 
 @dataclass(frozen=True, eq=False)
 class DepthImage:
-    """What a camera measured of a scene. Raises `InputError` for what is no such image.
+    """A depth image with its camera. Raises `InputError` if a part is invalid or does not fit the others.
 
     Attributes:
         depth: (height, width) along the camera's axis, in `unit`; 0, negative, NaN, infinite or the largest value of
-            an unsigned type where nothing came back.
-        mask: (height, width) true, or not 0, where the pixel is the object's; soft edges are cut at half. None of an
-            image of a whole scene.
+            an unsigned type where nothing was measured.
+        mask: (height, width) true, or not 0, at the object's pixels; soft edges are cut at half. None for an image of a
+            whole scene.
         intrinsics: K (3, 3) [px], `[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]`.
         pose: (4, 4) of the camera in the world [m], whose z is up: it takes camera to world coordinates. (3, 4) are
-            its upper rows. None where it is not known; `from_depth` needs it.
-        unit: of the depths [m]; 0.001 for the 16-bit images of most cameras.
-        name: of the camera.
-        notes: a sentence for each thing assumed of it.
+            its upper rows. None if it is unknown; `from_depth` needs it.
+        unit: unit of the depths [m]; 0.001 for the 16-bit images of most cameras.
+        name: name of the camera.
+        notes: a sentence for each assumption about the image.
     """
 
     depth: ArrayLike
@@ -54,7 +54,7 @@ class DepthImage:
     notes: Sequence[str] = ()
 
     def __post_init__(self) -> None:
-        """Check every part against the others."""
+        """Check all parts, and that they fit each other."""
         raw = np.asarray(self.depth)
         if raw.ndim == 3 and raw.shape[2] in (2, 3, 4):
             raise InputError(
@@ -62,7 +62,7 @@ class DepthImage:
             )
         depth = floats(raw, "depth", (None, None))
         lost = depth < 0
-        if raw.dtype.kind == "u":  # what a driver, or -1 as unsigned, writes for no return
+        if raw.dtype.kind == "u":  # drivers write it for no return; it is also -1 as unsigned
             lost = raw == np.iinfo(raw.dtype).max
         depth = np.where(lost, 0.0, depth)
         marked, notes = (None, []) if self.mask is None else _marked(self.mask, depth.shape)
@@ -78,9 +78,9 @@ class DepthImage:
         object.__setattr__(self, "notes", (*self.notes, *notes))
 
     def points(self) -> Array:
-        """World coordinates (height, width, 3) [m] of every pixel, NaN where nothing came back.
+        """World coordinates (height, width, 3) [m] of every pixel, NaN where nothing was measured.
 
-        Without a pose they are those of the camera's own frame.
+        x = t + R z K⁻¹ (u, v, 1)ᵀ; without a pose, coordinates in the camera's own frame.
         """
         depth, pose = np.asarray(self.depth), np.eye(4) if self.pose is None else np.asarray(self.pose)
         v, u = np.indices(depth.shape)
@@ -100,7 +100,7 @@ def _marked(mask: ArrayLike, shape: tuple[int, ...]) -> tuple[BoolArray, list[st
 
 
 def checked_intrinsics(value: ArrayLike) -> Array:
-    """K (3, 3). Raises `InputError` for what is none, by its name where it is a transposed one."""
+    """K (3, 3), checked. Raises `InputError` if it is invalid; the message says so if it is transposed."""
     K = floats(value, "intrinsics", (3, 3))
     if np.isfinite(K).all() and np.array_equal(K[:, 2], [0, 0, 1]) and not np.array_equal(K[2], [0, 0, 1]):
         raise InputError("the intrinsics are transposed: cx and cy belong into the last column; give K by rows")
@@ -116,10 +116,16 @@ def from_depth(
     table_height: float | None = None,
     settings: ObservationSettings = DEFAULTS,
 ) -> Observation:
-    """The observation of an object in one depth image or several, each a view.
+    """The observation of an object in one depth image or several, each a view, in the world frame of their poses.
 
-    `table_height` [m] is measured where it is not given, as in `arrays`. Raises `InputError` if the marked pixels
-    cannot be the cloud of one graspable object on a table.
+    Args:
+        images: each with a mask and a pose.
+        name: name of the observation, and of the folder of its result.
+        table_height: [m]; if not given, the median height of what surrounds the object.
+        settings: how the cloud is cleaned.
+
+    Raises:
+        InputError: the pixels of the masks cannot be the cloud of one graspable object on a table.
     """
     images = [images] if isinstance(images, DepthImage) else list(images)
     names = [image.name or str(i) for i, image in enumerate(images)]
@@ -130,9 +136,9 @@ def arrays(images: Sequence[DepthImage], table_height: float | None = None) -> d
     """`points` (N, 3), `view` (N,), `camera_positions` (V, 3), `table_height` (if it is known), `notes`, and what the
     cameras saw around and behind the object, `background` (B, 3) and `background_view` (B,).
 
-    Where the height of the table is not given it is the median of what else was measured around the object, within
-    `TABLE_REACH` of the box of its points seen from above. Raises `InputError` for an image whose table is far from
-    level, and for depths that no camera measures.
+    If the table's height is not given, it is the median height of the other points within `TABLE_REACH` of the box of
+    the object's points, seen from above. Raises `InputError` if the table in an image is far from level, or if no
+    camera measures such depths.
     """
     if not images:
         raise InputError("no depth image is given")
@@ -169,7 +175,7 @@ def arrays(images: Sequence[DepthImage], table_height: float | None = None) -> d
 
 
 def _seen(image: DepthImage, name: str) -> tuple[Array, Array, list[str]]:
-    """The object's points (n, 3) of an image, those of everything else (m, 3), and notes."""
+    """The object's points (n, 3) in an image, all other points (m, 3), and notes."""
     world, depth, mask = image.points(), np.asarray(image.depth), np.asarray(image.mask)
     measured = np.isfinite(world[..., 2])
     marked = mask & measured
@@ -200,7 +206,7 @@ def _seen(image: DepthImage, name: str) -> tuple[Array, Array, list[str]]:
 
 
 def _table(cloud: Array, rest: Array) -> tuple[float | None, int]:
-    """The median height [m] of what was measured around a cloud, None of too little, and the number of pixels."""
+    """The median height [m] of the pixels around a cloud, None if they are too few; and their number."""
     low, high = cloud[:, :2].min(axis=0) - TABLE_REACH, cloud[:, :2].max(axis=0) + TABLE_REACH
     around = rest[((rest[:, :2] > low) & (rest[:, :2] < high)).all(axis=1), 2]
     if len(around) < TABLE_PIXELS:

@@ -1,6 +1,6 @@
-"""What depth images say against their own masks, units, intrinsics and poses.
+"""Checks of depth images for wrong masks, units, intrinsics and poses.
 
-Each check gives notes that hold its threshold, or raises `InputError`. Whether the table is level is in `level`.
+Each check returns notes with its threshold, or raises `InputError`. `level` checks whether the table is level.
 """
 
 from collections.abc import Sequence
@@ -13,29 +13,30 @@ from sgnlp.base.errors import InputError
 NEAR, FAR = 0.2, 1.5
 """[m] Depth cameras measure from 0.2 m, few from nearer; at 1.5 m stereo noise, 0.6 mm at 0.55 m, is 5 mm."""
 NEAREST, FARTHEST = 0.07, 5.0
-"""[m] The least of a RealSense D405, which is made for it; at 5 m stereo noise is 5 cm, as wide as an object."""
+"""[m] The nearest depth of a RealSense D405, made for close range; at 5 m stereo noise is 5 cm, an object's width."""
 UNITS = (1.0, 0.001, 0.0001)
-"""[m] Units that a refusal tries: metres, millimetres, and those of BOP and of some RealSense cameras."""
+"""[m] Units that an error message proposes: metres, millimetres, and those of BOP and of some RealSense cameras."""
 MAX_STEP, REFUSED_STEP = 0.003, 0.017
-"""[m] A step s adds a deviation of s / sqrt(12): 0.9 mm, that of a camera; 5 mm, the noise planned with."""
+"""[m] Largest step without a note, and without refusal. A step s adds a deviation of s / √12: 0.9 mm, that of a camera;
+5 mm, the noise that a plan assumes."""
 MAX_OFF_MIDDLE = 0.05
 """Largest distance of (cx, cy) from the middle, as a share of width or height; known cameras stay below 0.035."""
 MAX_UNEQUAL = 0.03
 """Largest difference of fx and fy, as a share; known cameras stay below 0.01."""
 MAX_FIELD_DEG = 150.0
-"""Largest field of view; no rectified image has more, and K in other units than pixels gives it."""
+"""Largest field of view [deg]: no rectified image has more, but K in other units than pixels does."""
 MAX_MARKED, BORDER_MARKED = 0.5, 0.9
-"""Largest share of all pixels, and of those at the edges of the image, that an object fills."""
+"""Largest share of all pixels, and of the pixels at the image's edges, that an object fills."""
 MAX_UNMEASURED = 0.5
-"""Largest share of the marked pixels without depth; steep sides cost simulated cameras up to 0.21."""
+"""Largest share of the mask's pixels without depth; in simulated images steep sides lose up to 0.21."""
 MAX_ORIGIN = 10.0
-"""[m] Farthest camera from the origin of the world; in mm all poses are farther."""
+"""[m] Largest distance of a camera from the world's origin; a pose in mm is farther."""
 MAX_BELOW = 0.1
-"""[m] A table deeper below the world's origin is remarked upon."""
+"""[m] A table deeper below the world's origin gives a note."""
 MAX_DISAGREEMENT = 0.02
-"""[m] Between heights of the table; 3 deg of tilt make 10 mm over 0.2 m."""
+"""[m] Largest difference between heights of the table; 3 deg of tilt make 10 mm over 0.2 m."""
 MAX_GAP = 0.05
-"""[m] Between the boxes of what the views mark: they overlap where two see the top, as cameras over a table do."""
+"""[m] Largest gap between the boxes of the views' masked points: they overlap if both see the top of the object."""
 
 
 def intrinsics(K: Array, shape: tuple[int, ...]) -> list[str]:
@@ -64,7 +65,7 @@ def intrinsics(K: Array, shape: tuple[int, ...]) -> list[str]:
 
 
 def mask(marked: BoolArray, measured: BoolArray) -> list[str]:
-    """Notes on a mask (height, width) that marks most of what was measured, or much that was not."""
+    """Notes on a mask (height, width) that marks most of the image, or many pixels without depth."""
     notes = []
     border = np.concatenate([marked[0], marked[-1], marked[:, 0], marked[:, -1]]).mean()
     share = marked.mean()
@@ -85,7 +86,7 @@ def mask(marked: BoolArray, measured: BoolArray) -> list[str]:
 
 
 def depths(values: Array, unit: float, what: str = "object") -> list[str]:
-    """Notes on the measured depths (n,) of an object, or a scene: how far it is, and in which steps."""
+    """Notes on the measured depths (n,) of an object or a scene: their distance, and their steps."""
     middle = float(np.median(values)) * unit
     if not NEAREST <= middle <= FARTHEST:
         better = [u for u in UNITS if NEAR <= middle / unit * u <= FAR]
@@ -113,7 +114,8 @@ def depths(values: Array, unit: float, what: str = "object") -> list[str]:
 
 
 def places(cameras: Array, clouds: Sequence[Array], tables: Sequence[float | None], table: float | None) -> list[str]:
-    """Notes on camera positions (V, 3), what each marks (n, 3), each one's height of the table, and that of all."""
+    """Notes on camera positions (V, 3), the masked points (n, 3) of each, each one's table height, and the common
+    one."""
     notes = []
     origin = float(np.linalg.norm(cameras, axis=1).max())
     if origin > MAX_ORIGIN:

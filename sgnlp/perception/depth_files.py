@@ -14,21 +14,21 @@ from sgnlp.perception.observation import checked_pose
 DEPTH_SUFFIXES = (".npy", ".png", ".tif", ".tiff", ".pgm")
 MASK_SUFFIXES = (*DEPTH_SUFFIXES, ".bmp", ".jpg", ".jpeg")
 FORMATS = ("PNG", "TIFF", "PPM", "BMP", "JPEG")
-"""Of Pillow, those with these suffixes."""
+"""Formats that Pillow reads, by suffix."""
 DEPTH_MODES = ("L", "I", "F", "I;16", "I;16B", "I;16L", "I;16N")
-"""Pillow's for one channel that holds numbers."""
+"""Pillow's modes of one channel of numbers."""
 UNIT = 0.001
-"""[m] Assumed of depths: that of the 16-bit images of most cameras."""
+"""[m] Assumed unit of depths: that of the 16-bit images of most cameras."""
 
 
 def read(
     depth: Path, mask: Path | None, camera: Path, unit: float | None = None, label: int | None = None
 ) -> DepthImage:
-    """The image in three files, depths in `unit` [m]; it is called as the file of its depths.
+    """The depth image in three files, with depths in `unit` [m]; its name is that of the depth file.
 
-    Without `unit` it is that of the camera's file, or else `UNIT`. The mask is where its image is not black, or where
-    it is `label`; without one the pose may be missing too. Raises `InputError`, one line that begins with the path of
-    the file that is wrong.
+    The unit defaults to that in the camera's file, else to `UNIT`. The mask is where its image is not black, or equals
+    `label`. Without a mask the pose may be missing too. Raises `InputError`, one line that begins with the path of the
+    wrong file.
     """
     depths = _told(depth, _depths, depth)
     pixels, notes = (None, []) if mask is None else _told(mask, _mask, mask, label)
@@ -62,7 +62,7 @@ def _camera(path: Path, image: str, shape: tuple[int, ...], posed: bool) -> came
 
 
 def _told(path: Path, reader: Any, *arguments: Any) -> Any:
-    """What a reader finds; its error begins with the path."""
+    """The result of a reader; its error messages begin with the path."""
     try:
         return reader(*arguments)
     except InputError as error:
@@ -78,7 +78,7 @@ def _depths(path: Path) -> Any:
 
 
 def _mask(path: Path, label: int | None) -> tuple[Any, list[str]]:
-    """The marked pixels, and notes. Of a palette the index counts."""
+    """The marked pixels, and notes. In an image with a palette the index counts."""
     pixels, _, palette = _pixels(path, MASK_SUFFIXES)
     values, notes = masks.flat(pixels)
     if label is None and palette is not None and (palette[0] == 255).all() and not palette[values.max()].any():

@@ -1,4 +1,4 @@
-"""Why a cluster is no object to grasp: it is cut off, hangs over the table, reaches beyond it, or is too wide."""
+"""Reasons why a cluster is not a graspable object: it is cut off, hangs in the air, overhangs the table, or is wide."""
 
 from collections.abc import Sequence
 
@@ -11,19 +11,19 @@ from sgnlp.perception.scene_planes import ScenePlane
 from sgnlp.perception.scene_views import SceneView
 
 BORDER, BORDER_PIXELS = 2, 10
-"""[px] What has so many pixels so near to the edge of an image goes on beyond it."""
+"""[px] A cluster with this many pixels this near to the edge of an image continues beyond it."""
 BEYOND, BEYOND_SHARE = 0.02, 0.1
 """A cluster reaches beyond the table if this share of its points is farther beside it than this [m]."""
 HANGING, LOWEST = 0.04, 0.01
-"""[m] What stands on the table is seen lower than this, at this quantile of its heights, or hides the table below."""
+"""[m] A standing cluster has this quantile of its heights below this, or it hides the table below it."""
 CELL, SEEN_SHARE = 0.01, 0.5
-"""The table is seen under a cluster if this share of the cells [m] under it has points of the table."""
+"""The table is visible under a cluster if this share of the cells [m] under it has points of the table."""
 
 
 def fault(
     points: Array, pixels: Sequence[BoolArray], views: Sequence[SceneView], table: ScenePlane, on_table: Array
 ) -> str:
-    """Why points (n, 3) are no object, to go on after "it"; "" if they may be one.
+    """Why points (n, 3) are no object, as a phrase that follows "it"; "" if they may be one.
 
     `pixels` (H, W) are those of each view, `on_table` (m, 3) the points of the table.
     """
@@ -47,7 +47,7 @@ def _cut(mask: BoolArray) -> bool:
 
 
 def _seen_under(points: Array, on_table: Array) -> float:
-    """Share of the cells under points (n, 3), those at the edge left out, that have points (m, 3) of the table."""
+    """Share of the cells under points (n, 3), except at the edge, that have points (m, 3) of the table."""
     low = np.floor(points[:, :2].min(axis=0) / CELL)
     cells, table = ((np.floor(P[:, :2] / CELL) - low).astype(np.int64) for P in (points, on_table))
     shape = cells.max(axis=0) + 1

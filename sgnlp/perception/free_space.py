@@ -1,14 +1,14 @@
-"""Free space: where a camera saw that nothing is.
+"""Free space: where a camera saw that there is nothing.
 
 A camera at o with axes R sees a point x along its ray as q = R (x - o). Its image is divided into cells of q_x/q_z and
 q_y/q_z, and each cell has the depth q_z up to which its rays met nothing:
 
-* where the object was measured, the nearest depth that was measured there;
-* where something behind it was measured, that depth; nothing if the cell returned nothing, which proves nothing;
-* beside the object, where only its own points are known: infinity. The silhouette of its points is closed first, so
-  that neither their spacing nor what returned nothing opens holes.
+* where the object was measured, the nearest measured depth;
+* where something behind it was measured, that depth; a cell without a return proves nothing;
+* beside the object, if only its own points are known, infinity. The silhouette of its points is closed first, so that
+  neither their spacing nor missing returns open holes.
 
-A point is free if one camera sees that it is.
+A point is free if at least one camera shows that it is.
 """
 
 from collections.abc import Sequence
@@ -23,37 +23,37 @@ from sgnlp.base.arrays import Array, BoolArray, IntArray
 CELL = 0.002
 """Width of a cell at the object's distance [m]: a depth camera's pixel covers 0.5 to 1.5 mm there."""
 MAX_CELLS = 400
-"""Cells on the longer side of an image at most: larger ones are of a wider object."""
+"""Most cells on the longer side of an image: for wider objects the cells are larger."""
 CLOSED = 0.010
 """Holes of the silhouette narrower than twice this are closed [m]: blocks of pixels without return are 6 mm wide."""
 SPACINGS = 3.0
 """Holes are closed up to twice this many spacings of the points, if that is more."""
 SPACING_QUANTILE = 0.9
-"""Of the distances between neighbouring points, that which counts as their spacing: few are farther apart."""
+"""Quantile of the distances between neighbouring points that counts as their spacing."""
 GROWN = 0.004
 """The silhouette is wider than the points on each side [m]: grazing surfaces return nothing, calibrations err."""
 FRONT = 0.006
 """A point is free if it is this far in front of what was measured [m]: noise and calibration, three deviations."""
 AROUND = 0.15
-"""A background tells what is free within this of the object in the image [m]: free space is asked for within 5 cm of
-it, which is up to three times as wide in the image where it is nearer to the camera."""
+"""The background is used within this distance of the object in the image [m]: free space is needed within 5 cm of the
+object, which is up to three times as wide in the image where it is nearer to the camera."""
 FAR_OFF = 1e6
-"""Cells beyond this are all the same: no image reaches there."""
+"""Cell numbers are clipped to this: no image reaches so far."""
 FEW = 10
-"""Fewer points of a view have no silhouette."""
+"""Fewest points of a view that give a silhouette."""
 HIDDEN, HIDDEN_SHARE = 0.02, 0.05
-"""A point hides another in its cell that is this far behind it [m]. Under 1 % of the points that a camera measured are
-hidden from it on the problem set; from the opposite side 18 % are in the median."""
+"""A point hides another one in its cell if that is this far behind it [m]. On the problem set under 1 % of a camera's
+points are hidden from it; from the opposite side it would be 18 % in the median."""
 CONTRADICTED_SHARE = 0.3
-"""Cameras contradict each other if one would have seen through this share of what the others measured: up to 19 % of a
-tall box, whose side it saw at too grazing an angle for a return."""
+"""Cameras contradict each other if one would have seen through this share of the others' points. Up to 19 % occur at a
+tall box, whose side gives no return at a grazing angle."""
 
 
 @dataclass(frozen=True, eq=False)
 class Image:
-    """The cells of a camera's image, the middle of which is that of the object."""
+    """The cells of a camera's image, centred on the object."""
 
-    position: Array  # (3,) [m] of the camera
+    position: Array  # (3,) [m] position of the camera
     axes: Array  # (3, 3), rows: right, down and ahead in the world
     cells: float  # cells per unit of q_x/q_z
     corner: IntArray  # (2,) numbers of the first cell
@@ -63,7 +63,7 @@ class Image:
 
     @classmethod
     def around(cls, position: Array, points: Array, beyond: float = 0.0) -> "Image":
-        """An image that holds points (n, 3), what is closed and grown around them, and what is `beyond` them [m]."""
+        """An image that contains points (n, 3), their closed and grown silhouette, and `beyond` [m] around it."""
         axes, distance = _looking(position, points.mean(axis=0))
         width = max(CELL, float(np.linalg.norm(np.ptp(points, axis=0))) / MAX_CELLS)
         cell = _numbers(points, position, axes, distance / width)[0]
@@ -74,7 +74,7 @@ class Image:
         return cls(position, axes, distance / width, cell.min(axis=0) - edge, shape, spacing, grown)
 
     def place(self, X: Array) -> tuple[IntArray, Array, BoolArray]:
-        """The cells (n, 2) of points (n, 3), how far ahead they are (n,) [m], and whether they are in the image."""
+        """The cells (n, 2) of points (n, 3), their depths (n,) [m], and whether they are in the image."""
         cell, ahead = _numbers(X, self.position, self.axes, self.cells)
         cell -= self.corner
         return cell, ahead, ((cell >= 0) & (cell < self.shape)).all(axis=1) & (ahead > 0)
@@ -92,13 +92,13 @@ class Sight:
     """What one camera saw of the space around an object."""
 
     image: Image
-    depth: Array  # (w, h) [m] up to which rays met nothing: 0 where nothing is known, infinite where nothing is
+    depth: Array  # (w, h) [m] depth up to which rays met nothing: 0 if unknown, infinite if they met nothing at all
     beside: float  # [m] the same outside the image
     hidden: float  # share of its points that lie far behind another in the same cell
     through: float  # share of the other cameras' points that it would have seen through by its own points
 
     def free(self, X: Array, front: float = FRONT) -> BoolArray:
-        """Whether it saw that nothing is at points (n, 3) [m], by `front` [m] before what it measured."""
+        """Whether the camera shows points (n, 3) [m] to be free, at least `front` [m] in front of its measurements."""
         cell, ahead, inside = self.image.place(X)
         up_to = np.full(len(X), self.beside)
         up_to[inside] = self.depth[cell[inside, 0], cell[inside, 1]]
@@ -106,15 +106,15 @@ class Sight:
 
 
 def free(sights: Sequence[Sight], X: Array, front: float = FRONT) -> BoolArray:
-    """Whether one of the cameras saw that nothing is at points (n, 3) [m]."""
+    """Whether at least one camera shows points (n, 3) [m] to be free."""
     return np.any([sight.free(X, front) for sight in sights], axis=0) if sights else np.zeros(len(X), bool)
 
 
 def sight(position: Array, points: Array, others: Array | None = None, background: Array | None = None) -> Sight:
     """What a camera at a position (3,) saw of an object's points (n, 3), and of `background` (m, 3) around it [m].
 
-    Without `background` it is taken that the camera would have measured the object wherever it is: but for the points
-    `others` (k, 3) that other cameras measured, where a surface that it saw at a grazing angle returned nothing.
+    Without `background` the camera is assumed to have measured the object wherever it is, except at the points `others`
+    (k, 3) of other cameras, where a surface at a grazing angle may have given no return.
     """
     image = Image.around(position, points, 0.0 if background is None else AROUND)
     own = image.nearest(points)
@@ -137,7 +137,7 @@ def sight(position: Array, points: Array, others: Array | None = None, backgroun
 
 
 def background(position: Array, points: Array, others: Array) -> Array:
-    """Of all else that a camera measured (m, 3) what tells which space around an object's points (n, 3) is free.
+    """The part of a camera's other points (m, 3) that shows which space around an object's points (n, 3) is free.
 
     It is the nearest point in each cell of the image, (k, 3) [m].
     """
@@ -170,7 +170,7 @@ def sights(
 
 
 def doubt(sights: Sequence[Sight]) -> str:
-    """Why cameras cannot have stood where they are said to, or ""."""
+    """Why cameras cannot have stood at their given positions; "" if they can."""
     for number, seen in enumerate(sights):
         if seen.hidden > HIDDEN_SHARE:
             return f"from where camera {number} is said to be, {seen.hidden:.0%} of its points hide behind others"
@@ -196,7 +196,7 @@ def _through_share(image: Image, depth: Array, others: Array | None) -> float:
 
 
 def _looking(position: Array, middle: Array) -> tuple[Array, float]:
-    """Axes (3, 3) of an image whose middle is that of the object, and the distance to it [m]."""
+    """Axes (3, 3) of an image centred on the object, and the distance to it [m]."""
     ahead = middle - position
     distance = max(float(np.linalg.norm(ahead)), CELL)
     ahead = ahead / distance
@@ -206,14 +206,14 @@ def _looking(position: Array, middle: Array) -> tuple[Array, float]:
 
 
 def _numbers(X: Array, position: Array, axes: Array, cells: float) -> tuple[IntArray, Array]:
-    """The cells (n, 2) of points (n, 3), and how far ahead of the camera they are (n,) [m]; behind it anything."""
+    """The cells (n, 2) of points (n, 3), and their depths (n,) [m]; undefined behind the camera."""
     q = (X - position) @ axes.T
     ahead = np.where(q[:, 2] != 0, q[:, 2], -CELL)
     return np.floor(np.clip(q[:, :2] / ahead[:, None] * cells, -FAR_OFF, FAR_OFF)).astype(np.int64), ahead
 
 
 def _spacing(cell: IntArray) -> float:
-    """Cells between neighbouring points, of those that are not in one cell."""
+    """Distance in cells between neighbouring points that are in different cells."""
     low = cell - cell.min(axis=0)
     distinct = low[np.unique(low @ [int(low.max()) + 1, 1], return_index=True)[1]]
     if len(distinct) < 2:
@@ -228,7 +228,7 @@ def _filled(depth: Array) -> Array:
 
 
 def _joined(depth: Array) -> Array:
-    """An image whose infinite cells next to finite ones have the depth of the nearest: one point a cell leaves gaps."""
+    """An image whose infinite cells next to finite ones get the nearest depth, because sparse points leave gaps."""
     near = _grown(np.isfinite(depth), np.sqrt(2))
     return np.where(near, _filled(depth), np.inf)
 

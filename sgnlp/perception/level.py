@@ -1,7 +1,7 @@
-"""The table that a depth image shows around an object, which must lie level and below the camera.
+"""Checks that the table around an object in a depth image is level and below the camera.
 
-Intrinsics map the points of a camera's frame linearly and a pose moves them rigidly, so wrong ones leave the table a
-plane, and tilt it.
+Intrinsics map the points of a camera's frame linearly, and a pose moves them rigidly. So wrong ones leave the table a
+plane, but tilt it.
 """
 
 from collections.abc import Callable
@@ -17,17 +17,17 @@ MAX_TILT_DEG = 3.0
 REFUSED_TILT_DEG = 10.0
 """A larger tilt is refused: it is 17 mm over 0.1 m, more than the radius of a pad, 12 mm."""
 PLANES = 3
-"""How many planes are looked for: the table, and two others such as a wall and a box."""
+"""Number of planes to find: the table, and two others such as a wall and a box."""
 PLANE_SHARE = 0.2
 """Smallest share of the pixels around an object that counts as a plane."""
 CERTAIN_SHARE = 0.5
-"""Smallest share of a plane that is certainly the table, so that its tilt may be refused."""
+"""Share of the pixels above which a plane is certainly the table, so that its tilt may be refused."""
 PLANE_PIXELS = 100
 """Fewest pixels of a plane."""
 MAX_BEHIND = 2.0
-"""Pixels farther than the object by this factor are behind the table: rooms, or a sensor's largest value."""
+"""Pixels farther than the object by this factor are left out: they show the room, or a sensor's largest value."""
 SAMPLE, TRIPLES, SEED = 3000, 200, 0
-"""Pixels and triples of RANSAC: a plane of a fifth of the pixels is met once in 125 triples, of a half once in 8."""
+"""Pixels and triples of RANSAC: one in 125 triples hits a plane with a fifth of the pixels, one in 8 with a half."""
 PLANE_ERROR = 0.01
 """Largest distance from a plane, as a share of that from the camera: 6 mm at 0.6 m, six deviations of a D415."""
 AXES: dict[str, Callable[[Array], Array]] = {
@@ -43,7 +43,7 @@ AXES: dict[str, Callable[[Array], Array]] = {
 
 
 def around(marked: BoolArray) -> BoolArray:
-    """The pixels of the box of a mask, wider on each side by its longer side: independent of unit, K and pose."""
+    """The pixels in the mask's box, widened on each side by its longer side; independent of unit, K and pose."""
     v, u = np.nonzero(marked)
     reach = max(int(np.ptp(v)), int(np.ptp(u))) + 1
     box = np.zeros(marked.shape, bool)
@@ -53,7 +53,7 @@ def around(marked: BoolArray) -> BoolArray:
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """What many pixels around an object lie on."""
+    """A plane that many pixels around an object lie on."""
 
     normal: Array  # (3,) towards the camera
     share: float  # of the pixels
@@ -65,7 +65,8 @@ class Plane:
 
 
 def planes(points: Array, camera: Array) -> list[Plane]:
-    """Up to `PLANES` planes of points (n, 3) seen from a camera (3,), largest first: RANSAC, each of the rest."""
+    """Up to `PLANES` planes of points (n, 3) seen from a camera (3,), largest first, by RANSAC on the remaining
+    points."""
     rng = np.random.default_rng(SEED)
     rest = points[:: -(-len(points) // SAMPLE)] - camera
     found: list[Plane] = []
@@ -82,7 +83,7 @@ def planes(points: Array, camera: Array) -> list[Plane]:
 
 
 def _largest(points: Array, rng: np.random.Generator) -> tuple[Array, BoolArray]:
-    """Normal (3,) towards the origin and the points (n,) of the plane that most lie on."""
+    """Normal (3,) towards the origin and inliers (n,) of the plane with most points."""
     allowed = PLANE_ERROR * np.linalg.norm(points, axis=1)
     a, b, c = np.moveaxis(points[rng.integers(len(points), size=(TRIPLES, 3))], 1, 0)
     normals = np.cross(b - a, c - a)
@@ -98,7 +99,7 @@ def _largest(points: Array, rng: np.random.Generator) -> tuple[Array, BoolArray]
 
 
 def check(points: Array, pose: Array, which: str = "the pixels around the object") -> list[str]:
-    """Notes on the world points (n, 3) that were measured around an object by a camera of a pose (4, 4)."""
+    """Notes on the world points (n, 3) around an object, measured by a camera with this pose (4, 4)."""
     found = planes(points, pose[:3, 3]) if len(points) >= PLANE_PIXELS else []
     if not found:
         return ["No plane was measured around the object, so neither pose nor intrinsics could be checked."]

@@ -1,4 +1,4 @@
-"""Which pixels of an image of a mask are the object's: grey, coloured, with alpha, of labels, with soft edges."""
+"""Reads the object's pixels from a mask image: grey, coloured, with alpha, with labels, or with soft edges."""
 
 from typing import Any
 
@@ -11,9 +11,9 @@ from sgnlp.base.errors import InputError
 Pixels = NDArray[Any]
 
 MIDDLE = (0.1, 0.9)
-"""Part of the range of grey values that lies beyond the ripples of a JPEG, at most some 20 of 255."""
+"""Share of the range of grey values beyond the ripples of a JPEG, which are at most about 20 of 255."""
 FEW_VALUES = 16
-"""Images of labels have rarely more values; soft edges that leave even areas, as a JPEG does, have more."""
+"""Label images rarely have more values; masks with soft edges and even areas, such as JPEGs, have more."""
 PLATEAU = 3
 """[px] Side of the smallest even area: soft edges have none."""
 PLATEAU_SHARE = 0.01
@@ -29,8 +29,8 @@ LISTED = 10
 def marked(mask: ArrayLike, label: int | None = None) -> tuple[BoolArray, list[str]]:
     """The pixels (height, width) that a mask marks, and a note on what was assumed.
 
-    Without `label` these are the pixels that are not 0, of soft edges those above the middle of the range. With it,
-    those whose value it is. Raises `InputError` where several labels, or none that is 0, leave the object open.
+    Without `label` these are the pixels that are not 0; soft edges are cut at the middle of the range. With it, these
+    are the pixels with that value. Raises `InputError` if several labels, or no 0, leave the object unclear.
     """
     values = np.asarray(mask)
     if values.dtype.kind not in "biuf" or values.ndim != 2 or values.size == 0:
@@ -65,7 +65,7 @@ def _labels(values: Pixels, count: int) -> bool:
 
 
 def _hard(values: Array) -> tuple[BoolArray, list[str]]:
-    """Soft edges cut at the middle of the range."""
+    """The pixels above the middle of the range, and a note on soft edges."""
     low, high = values.min(), values.max()
     bounds = [low + share * (high - low) for share in MIDDLE]
     soft = int(((values > bounds[0]) & (values < bounds[1])).sum())
@@ -79,9 +79,9 @@ def _hard(values: Array) -> tuple[BoolArray, list[str]]:
 
 
 def flat(pixels: ArrayLike) -> tuple[Pixels, list[str]]:
-    """One value a pixel (height, width) of an image (height, width, channels), and notes on what was left out.
+    """One value for each pixel (height, width) of an image (height, width, channels), and notes on what was ignored.
 
-    Alpha is left out, unless it alone can be the mask. Colours become their brightest channel. Raises `InputError`
+    Alpha is ignored, unless only alpha can be the mask. Colours become their brightest channel. Raises `InputError`
     for several colours.
     """
     values = np.asarray(pixels)

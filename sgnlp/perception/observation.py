@@ -1,7 +1,7 @@
 """An observed object: the cleaned partial point cloud, the table under it, and what was dropped or assumed.
 
-The order of cleaning: pick views, scale to metres, drop what is not finite or stands for no return, then copies,
-find the table and drop what is below it, thin very large clouds, drop outliers, refuse what has no volume or no
+The order of cleaning: choose views, scale to metres, drop points that are not finite or mark "no return", drop copies,
+find the table and drop points below it, thin very large clouds, drop outliers, refuse a cloud without volume or of no
 graspable size. `sgnlp.perception.cleaning` has the steps and their settings.
 """
 
@@ -25,7 +25,7 @@ Up = Literal["x", "y", "z", "minus-x", "minus-y", "minus-z"]
 UPS = get_args(Up)
 UNTURNED: Up = "z"
 ROTATION_SLACK = 1e-3
-"""Largest deviation of a pose's rotation from an orthogonal matrix: it was written with four digits at least."""
+"""Largest deviation of a pose's rotation from an orthogonal matrix: poses have at least four digits."""
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 
@@ -41,19 +41,19 @@ class Observation:
     view_names: tuple[str, ...]  # (V,)
     table_height: float  # [m] z of the table's plane
     name: str
-    digest: str  # SHA-256 of everything that was given to `observe`, name and truth apart
+    digest: str  # SHA-256 of all arguments of `observe` except name and truth
     camera_positions: Array | None = None  # (V, 3) [m]
     background: Array | None = None  # (M, 3) [m] what the cameras measured around and behind the object
     background_view: IntArray | None = None  # (M,) index into view_names
-    mesh_vertices: Array | None = None  # (U, 3) [m] the true surface, where it is known
+    mesh_vertices: Array | None = None  # (U, 3) [m] the true surface, if it is known
     mesh_faces: IntArray | None = None  # (F, 3)
     mass: float | None = None  # [kg] of the true body
-    friction: float | None = None  # true coefficient between a fingertip and the body
-    obstacle_points: Array | None = None  # (M, 3) [m] of what else is near the object
-    obstacle: IntArray | None = None  # (M,) which obstacle each is of: the cluster of a scene, 0 of none
+    friction: float | None = None  # true friction coefficient between fingertip and body
+    obstacle_points: Array | None = None  # (M, 3) [m] points of obstacles near the object
+    obstacle: IntArray | None = None  # (M,) obstacle of each point: the cluster of a scene, 0 for none
     notes: tuple[str, ...] = ()  # a sentence for each thing dropped or assumed
     source: str | None = None  # the file it was read from
-    half: str = ""  # of a problem set: tuning, held_out, or none
+    half: str = ""  # half of the problem set: tuning, held_out, or none
     reading: "Reading | None" = None  # how `load` read it
 
 
@@ -62,13 +62,13 @@ class Reading(Checked):
     """How a cloud is read from a file."""
 
     views: tuple[str, ...] = ()
-    """cameras to use, by name or index; all if none is named"""
+    """cameras to use, by name or index; all if not given"""
     scale: Positive = 1.0
     """factor to metres: 0.001 for a cloud in millimetres"""
     table_height: float | None = None
-    """height of the table [m]; taken from the file, or estimated, if not given"""
+    """height of the table [m]; if not given, that in the file, else estimated"""
     key: str | None = None
-    """array of an npz that holds the points, where it is not `points`"""
+    """name of the array of points in an npz, if it is not `points`"""
     up: Up = "z"
     """axis of the cloud that points up; it is turned to z"""
     pose: tuple[float, ...] | None = None
@@ -77,7 +77,7 @@ class Reading(Checked):
     """how the cloud is cleaned"""
 
     def __post_init__(self) -> None:
-        """Take views by number, too."""
+        """Accept views given by number, too."""
         views = (self.views,) if isinstance(self.views, str) else self.views or ()
         object.__setattr__(self, "views", tuple(map(str, views)))
         super().__post_init__()
@@ -88,11 +88,18 @@ PLAIN = Reading()
 
 
 def load(path: str | Path, reading: Reading = PLAIN, **options: Any) -> Observation:
-    """The observation in a file: npz, npy, .ply, .pcd or text.
+    """The observation in a file: npz, npy, .ply, .pcd or text. Its world frame has z up, in metres.
 
-    `options` are fields of `Reading` that differ from `reading`: `load("cloud.npz", views=["0"], scale=0.001)`. The
-    file's own table height, camera positions and mesh are in its unit and follow `scale`, and turn with the points;
-    the option `table_height` [m] takes precedence. Raises `InputError`, one line that begins with the path.
+    The file's own table height, camera positions and mesh are in its unit: they are scaled and turned with the points.
+    The option `table_height` [m] takes precedence.
+
+    Args:
+        path: the file.
+        reading: how it is read.
+        options: fields of `Reading` that differ from `reading`, as in `load("cloud.npz", views=["0"], scale=0.001)`.
+
+    Raises:
+        InputError: the file has no cloud of one graspable object; the message is one line that begins with the path.
     """
     try:
         reading = replace(reading, **options)
@@ -118,7 +125,7 @@ def load(path: str | Path, reading: Reading = PLAIN, **options: Any) -> Observat
 
 
 def name_in(path: str | Path, reading: Reading = PLAIN) -> str:
-    """The name of the observation in a file, without the time that cleaning it takes. Raises as `load` does."""
+    """The name of the observation in a file, found without cleaning the cloud. Raises as `load` does."""
     try:
         name = clouds.read(path, reading.key)["name"]
         clouds.check_name(name)
@@ -156,15 +163,17 @@ def observe(
 ) -> Observation:
     """Clean a cloud of points (N, 3), or (H, W, 3), into an `Observation`.
 
-    `view` (N,) numbers the camera of each point, `view_names` names the cameras (default: their numbers), and
-    `views` keeps some of them by name, or by place in the order of the names where no name matches. `scale`
-    turns `points`, `camera_positions` (V, 3), `background` (B, 3), `obstacle_points` (M, 3) and the mesh (U, 3), (F, 3)
-    into metres; `table_height` is in metres already and is estimated from the lowest points where it is missing.
-    `background` is what the cameras `background_view` (B,) measured around and behind the object: without it, a camera
-    is taken to have seen through wherever it measured nothing of the object. `pose` (4, 4) is that of their frame in
-    the world [m], where it is another one; a table's height is the world's in any case. `mass` [kg] and `friction` are,
-    like the mesh, the truth that a simulation needs. `obstacle` (M,) says which obstacle each of their points is of.
-    Raises `InputError` for everything that cannot be the cloud of one graspable object on a table.
+    `view` (N,) is the camera of each point. `view_names` names the cameras (default: their numbers). `views` keeps some
+    of them, by name, or by index if no name matches. `scale` converts `points`, `camera_positions` (V, 3), `background`
+    (B, 3), `obstacle_points` (M, 3) and the mesh (U, 3), (F, 3) to metres. `table_height` is in metres already, and in
+    the world frame; if it is missing, it is estimated from the lowest points. `background` holds the points that the
+    cameras `background_view` (B,) measured around and behind the object. Without it, a camera is assumed to have seen
+    through wherever it measured nothing of the object. `pose` (4, 4) is the pose of the points' frame in the world [m],
+    if that is another frame. `mass` [kg], `friction` and the mesh are the truth for a simulation. `obstacle` (M,) is
+    the obstacle of each of the obstacle points.
+
+    Raises:
+        InputError: the points cannot be the cloud of one graspable object on a table.
     """
     if not (np.isfinite(scale) and scale > 0):
         raise InputError(f"the scale must be a positive number; found {scale}")
@@ -219,10 +228,10 @@ def observe(
 
 
 def world_pose(up: str, pose: Sequence[float] | None) -> Array | None:
-    """The pose (4, 4) in the world of a frame whose axis `up` points up, or of 16 numbers; None for the world's own.
+    """The pose (4, 4) in the world of a frame whose axis `up` points up, or from 16 numbers; None if it is the world.
 
     Raises:
-        InputError: both are given, or `up` is no axis, or there are not 16 numbers.
+        InputError: both are given, or `up` is not an axis, or there are not 16 numbers.
     """
     if pose is not None:
         if up != UNTURNED:
@@ -246,7 +255,7 @@ def world_pose(up: str, pose: Sequence[float] | None) -> Array | None:
 
 
 def checked_pose(value: ArrayLike) -> Array:
-    """The pose (4, 4), with the last row where (3, 4) are given. Raises `InputError` for what is no rigid motion."""
+    """The pose (4, 4), also from (3, 4). Raises `InputError` if it is not a rigid motion."""
     given = np.asarray(value)
     pose = clouds.floats(given, "pose", (3, 4) if given.shape == (3, 4) else (4, 4))
     if len(pose) == 3:

@@ -1,6 +1,6 @@
-"""What Open3D reads from files, in a child process: its readers can crash on a damaged file.
+"""Files read by Open3D in a child process, because its readers can crash on a damaged file.
 
-Pinocchio's reader, which hands have, is no way around it: a .ply that is cut off ends the process (measured).
+Pinocchio's reader, which hands use, is no alternative: a truncated .ply ends the process (measured).
 """
 
 import io
@@ -18,13 +18,13 @@ OTHER_MESHES = {
     **{".dae": "Collada", ".3mf": "3MF", ".fbx": "FBX", ".blend": "Blender's own", ".wrl": "VRML", ".x3d": "X3D"},
     **{".step": "STEP", ".stp": "STEP", ".iges": "IGES", ".igs": "IGES", ".usd": "USD", ".usdz": "USD", ".3ds": "3DS"},
 }
-"""What else holds meshes, by name."""
+"""Names of mesh formats that are not read."""
 GLTF_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-"""From glTF's axes, of which y is up, to those with z up."""
+"""Rotation from glTF's axes, with y up, to z up."""
 STL_HEAD, STL_FACE = 84, 50
-"""Bytes of a binary STL before its faces, the last four of which count them, and of each of them."""
+"""Bytes of a binary STL before its faces (the last four are their number), and bytes of each face."""
 COLOUR_END = "\x1b[0;m"
-"""What Open3D ends a line of warning with."""
+"""The end of Open3D's lines of warning."""
 TIMEOUT = 120  # [s]
 ABSENT = 70  # exit code of the child that cannot import it
 READER = f"""
@@ -80,7 +80,7 @@ def triangles(path: Path) -> tuple[Array, IntArray]:
 
 
 def _check_mesh_text(path: Path) -> None:
-    """Refuse what the reader would drop or cut off without a word: decimal commas, too short faces, half an STL."""
+    """Refuse what the reader would silently drop: decimal commas, faces with too few corners, a truncated STL."""
     content = path.read_bytes()
     if path.suffix.lower() == ".stl" and len(content) >= STL_HEAD and not content.lstrip().startswith(b"solid"):
         promised = int.from_bytes(content[STL_HEAD - 4 : STL_HEAD], "little")

@@ -1,4 +1,4 @@
-"""Points of .ply, .pcd and text files. What a header promises is compared with what the file holds."""
+"""Reads points from .ply, .pcd and text files, and compares the header with the content."""
 
 import re
 from dataclasses import dataclass
@@ -18,12 +18,12 @@ PLY_TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": 
     "float": "f4", "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4",
     "uint32": "u4", "float32": "f4", "float64": "f8",
 }  # fmt: skip
-"""NumPy's type for each of the PLY format, by either of its names."""
+"""NumPy's type for each type of the PLY format, by either of its names."""
 PLY_FORMS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 IDENTITY = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
-"""VIEWPOINT of a .pcd whose points are not said to be in a camera's frame."""
+"""VIEWPOINT of a .pcd without a camera frame."""
 HEADER = 4096
-"""Bytes in which the header of a .pcd ends."""
+"""The header of a .pcd ends within this many bytes."""
 Columns = list[tuple[str, str]]
 """The name and NumPy's type of each number of a point."""
 
@@ -154,7 +154,7 @@ def _ply_bytes(path: Path, body: bytes, elements: dict[str, tuple[int, Columns]]
 
 
 def _dtype(columns: Columns) -> np.dtype[np.void]:
-    """Of a binary point; its columns are called by their numbers, for names may repeat."""
+    """The type of a binary point; its columns are named by their numbers, because names may repeat."""
     return np.dtype([(str(i), kind) for i, (_, kind) in enumerate(columns)])
 
 

@@ -15,8 +15,8 @@ GRID_CELLS = 2**20  # cells on each side of the centre of the thinning grid: thr
 def farthest_points(points: ArrayLike, count: int, seed: int) -> IntArray:
     """Indices of `count` points, each the farthest from those before it; the first is drawn with `seed`.
 
-    Fewer come back where `points` (N, 3) has fewer distinct ones. O(N count); clouds above
-    `MAX_POINTS` are thinned on a grid first.
+    Fewer are returned if `points` (N, 3) has fewer distinct ones. It takes O(N count); clouds above `MAX_POINTS` are
+    thinned on a grid first.
     """
     cloud = clouds.floats(points, "points", (None, 3))
     if count < 1 or len(cloud) == 0:
@@ -48,6 +48,6 @@ def grid_sample(points: Array, limit: int) -> IntArray:
 
 
 def grid_cells(points: Array, edge: float) -> IntArray:
-    """A number (n,) for the cell of a grid of this edge [m] that each of the points (n, 3) is in."""
+    """The number (n,) of the grid cell of this edge [m] that each of the points (n, 3) is in."""
     cell = np.clip(np.floor(points / edge), -GRID_CELLS, GRID_CELLS - 1).astype(np.int64) + GRID_CELLS
     return np.asarray((cell[:, 0] * (2 * GRID_CELLS) + cell[:, 1]) * (2 * GRID_CELLS) + cell[:, 2])

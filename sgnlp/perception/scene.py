@@ -1,4 +1,4 @@
-"""A whole scene parted into a table and what stands on it, each cluster of which can become an observation."""
+"""A whole scene, split into a table and clusters on it; each cluster can become an observation."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -20,25 +20,28 @@ from sgnlp.perception.scene_views import SceneView
 NO_CLUSTER = 0
 """The number of pixels and obstacles that belong to no cluster."""
 OBSTACLE_REACH = 0.3
-"""[m] What is no farther from the object than this may be in the hand's way: a hand is 0.2 m long."""
+"""[m] Points within this distance of the object may be in the hand's way: a hand is 0.2 m long."""
 OBSTACLE_CELL, OBSTACLE_POINTS = 0.005, 2000
-"""[m] and number: obstacles are thinned to one point a cell, and each to so many points."""
+"""Cell [m] and number: obstacles are thinned to one point in each cell, and each to at most this many points."""
 TABLE_REACH = 0.1
-"""[m] The table's height is that of its points so near to the object."""
+"""[m] The table's height is the median of its points within this distance of the object."""
 TABLE_POINTS = 100
-"""Fewest of them; with fewer it is that of the plane."""
+"""Fewest of these points; with fewer, the height is that of the fitted plane."""
 TABLE_DIGITS = 4
 """Decimals of that height [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Cluster:
-    """What stands on the table in one piece."""
+    """A connected cluster of points on the table.
+
+    `number` counts from 1; `points` (n, 3) [m] are in the world; `fault` is "" if it may be an object.
+    """
 
     number: int  # from 1
     points: Array  # (n, 3) [m] in the world
     view: IntArray  # (n,) index of the view of each
-    distance: float | None  # [m] of its middle from the nearest camera, where one is known
+    distance: float | None  # [m] distance of its middle from the nearest camera, if one is known
     fault: str  # why it is no object to grasp: "" if it may be one
 
     @property
@@ -54,17 +57,17 @@ class Cluster:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A table and what stands on it, in a world with z up.
+    """A table and the clusters on it, in a world frame with z up.
 
-    Clusters are numbered from 1: first those that may be objects, then those with a fault, each by their number of
-    points, most first.
+    Clusters are numbered from 1: first those that may be objects, then those with a fault, both by decreasing number of
+    points.
     """
 
-    views: tuple[SceneView, ...]  # what each camera measured, in the world
+    views: tuple[SceneView, ...]  # the measurements of each camera, in the world
     labels: tuple[IntArray, ...]  # (H, W) each, the number of the cluster at every pixel, or NO_CLUSTER
     above: tuple[BoolArray, ...]  # (H, W) each, the pixels above the table
     table: ScenePlane
-    transform: Array  # (4, 4) from the frame that was given to the world
+    transform: Array  # (4, 4) from the given frame to the world
     clusters: tuple[Cluster, ...]
     notes: tuple[str, ...]  # a sentence for each thing dropped or assumed
 
@@ -74,7 +77,7 @@ class Scene:
         return tuple(cluster for cluster in self.clusters if not cluster.fault)
 
     def cluster(self, number: int) -> Cluster:
-        """The cluster of a number. Raises `InputError` if there is none."""
+        """The cluster with this number. Raises `InputError` if there is none."""
         if not 1 <= number <= len(self.clusters):
             raise InputError(f"the number of a cluster must be 1 to {len(self.clusters)}; found {number}")
         return self.clusters[number - 1]
@@ -84,14 +87,15 @@ class Scene:
         return tuple(np.asarray(labels == self.cluster(number).number) for labels in self.labels)
 
     def nearest(self, place: ArrayLike) -> Cluster:
-        """The cluster, of those that may be objects, that has the nearest point to a place (3,) [m] in the world."""
+        """The possible object with the point nearest to a place (3,) [m] in the world. Raises `InputError` if none
+        is."""
         p = np.asarray(place, np.float64)
         if not self.choices:
             raise InputError("no cluster may be an object")
         return min(self.choices, key=lambda cluster: float(np.linalg.norm(cluster.points - p, axis=1).min()))
 
     def at_pixel(self, u: int, v: int) -> Cluster:
-        """The cluster at a pixel, column u and row v, of the first view."""
+        """The cluster at column u and row v of the first view. Raises `InputError` if there is none."""
         labels = self.labels[0]
         if not self.views[0].organised:
             raise InputError("a pixel needs a depth image, or a cloud of shape (height, width, 3)")
@@ -104,7 +108,8 @@ class Scene:
         return self.cluster(int(labels[v, u]))
 
     def arrays(self, *numbers: int) -> dict[str, Any]:
-        """The arrays of the problem file of a cluster, as `sgnlp.load` reads them; of several, parts of one object."""
+        """The arrays of a cluster's problem file, as `sgnlp.load` reads them; several clusters are parts of one
+        object."""
         parts = [self.cluster(number) for number in dict.fromkeys(numbers)]
         points, view = (np.concatenate([getattr(part, name) for part in parts]) for name in ("points", "view"))
         cluster = replace(parts[0], points=points, view=view)
@@ -128,9 +133,10 @@ class Scene:
         return found
 
     def observation(self, *numbers: int, name: str = "object", settings: ObservationSettings = DEFAULTS) -> Observation:
-        """A cluster, or several that are parts of one object, as its cloud, with all else near it as obstacles.
+        """The observation of a cluster, or of several that are parts of one object; all else near it becomes obstacles.
 
-        Raises `InputError` if there is no such cluster, or it cannot be the cloud of one graspable object.
+        Raises:
+            InputError: there is no such cluster, or it cannot be the cloud of one graspable object.
         """
         arrays = self.arrays(*numbers)
         del arrays["transform"]
@@ -143,7 +149,7 @@ class Scene:
         return f"Took cluster {numbers} of the scene; {others} others are on or over the table.{faults}"
 
     def _table_height(self, cluster: Cluster) -> float:
-        """The median height [m] of what was measured of the table around a cluster, else of its plane there."""
+        """The median height [m] of the table's points around a cluster, else the height of its plane there."""
         low, high = cluster.points[:, :2].min(axis=0) - TABLE_REACH, cluster.points[:, :2].max(axis=0) + TABLE_REACH
         around = []
         for view, above in zip(self.views, self.above, strict=True):
@@ -157,7 +163,8 @@ class Scene:
         return round(float(np.median(heights) if measured else plane), TABLE_DIGITS) + 0.0  # never -0
 
     def _background(self, cluster: Cluster, kept: Sequence[int], own: Sequence[int]) -> dict[str, Any]:
-        """What the cameras measured around and behind a cluster, and the place of each among those that are kept."""
+        """The points that cameras measured around and behind a cluster, and the index of each camera among the kept
+        ones."""
         found = []
         for i in kept:
             view, mine = self.views[i], cluster.points[cluster.view == i]

@@ -1,4 +1,4 @@
-"""Reading whole scenes: depth images with their cameras, or clouds, organised or not, of one world."""
+"""Reads whole scenes: depth images with their cameras, or clouds, organised or not, in one world frame."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,14 +15,14 @@ from sgnlp.perception.views import Cameras
 
 CLOUD_SUFFIXES = (".npz", ".npy", *point_files.SUFFIXES)
 UNREAD = {".exr": "OpenEXR", ".pfm": "PFM", ".bag": "a ROS bag", ".h5": "HDF5", ".hdf5": "HDF5", ".mat": "MATLAB's own"}
-"""What else holds depths, by name."""
+"""Names of depth formats that are not read."""
 METRE = 1.0
 """[m] The unit of clouds, unless another one is given."""
 
 
 @dataclass(frozen=True, eq=False)
 class SceneFiles:
-    """What files say of a scene."""
+    """The content of a scene's files."""
 
     views: list[SceneView]
     notes: tuple[str, ...]
@@ -62,7 +62,7 @@ def _is_image(file: Path) -> bool:
     try:
         array = np.load(file, mmap_mode="r", allow_pickle=False)
     except (OSError, ValueError, EOFError):
-        return False  # `clouds` says what is wrong with it
+        return False  # `clouds` reports what is wrong with it
     return bool(array.dtype.names is None and (array.ndim == 2 or 1 in array.shape[::2]) and array.shape[-1] != 3)
 
 

@@ -1,6 +1,6 @@
 """The wide planes of a whole scene: tables, walls, floors, and the sides of large boxes.
 
-Each is found by sample consensus among the points that no earlier one has.
+Each is found by sample consensus among the points that are on no earlier plane.
 """
 
 from dataclasses import dataclass, replace
@@ -12,39 +12,39 @@ from scipy.spatial import ConvexHull, QhullError, cKDTree
 from sgnlp.base.arrays import Array, BoolArray
 
 SAMPLE, SEED = 5000, 0
-"""Points among which planes are looked for: a fit to all those of the plane comes after."""
+"""Number of points among which planes are searched; a fit to all points of the plane follows."""
 CANDIDATES, NEIGHBOURS = 300, 25
-"""Points whose planes through so many neighbours are tried: of a plane of a fiftieth of the points, six."""
+"""Number of points whose planes are tried, and of the neighbours that give such a plane. A plane with a fiftieth of the
+points is tried six times."""
 PLANES, PLANE_SHARE = 8, 0.02
-"""How many planes are looked for, and the smallest share of the points that is one."""
+"""Largest number of planes, and the smallest share of the points on one."""
 PLANE_ERROR, PLANE_ERROR_SHARE = 0.006, 0.01
-"""Points are on a plane that is looked for within this [m], or within this share of the distance from the camera."""
+"""In the search, points are on a plane within this [m], or within this share of the distance from the camera."""
 FIT_DEVIATIONS, FITS = 3.0, 4
-"""The plane is fitted again, so often, to the points within so many deviations of it."""
+"""The plane is refitted this many times to the points within this many deviations of it."""
 DEVIATION = 1.4826
-"""Of the normal distribution, from its median absolute deviation."""
+"""Standard deviation over median absolute deviation of a normal distribution."""
 CELL = 0.02
-"""[m] Side of the cells that a plane's points fill where they are one piece."""
+"""[m] Side of the cells by which a plane's points are connected."""
 WIDE, WIDE_AREA = 0.5, 0.08
-"""A plane that is one piece longer [m] and larger [m²] than this is a wall, a floor or a table, and no side of what a
-hand grasps."""
+"""A connected plane longer [m] and larger [m²] than this is a wall, a floor or a table, not the side of an object."""
 ABOVE = (0.004, 0.025)
-"""[m] A point is above a plane by `ABOVE_DEVIATIONS`, but by no less and no more than this."""
+"""[m] Lower and upper bound of the height, `ABOVE_DEVIATIONS` deviations, from which a point is above a plane."""
 MAX_NOISE = 0.05
-"""[m] What is deeper below a plane is no noise of its points."""
+"""[m] Points deeper below a plane are not noise of the plane."""
 PATCH, PATCH_POINTS = 0.1, 20
-"""[m] Side of the squares of a plane, and fewest points of one, that have a deviation of their own: noise grows with
-the distance squared."""
+"""[m] Side of a plane's squares, and fewest points of a square with a deviation of its own: noise grows with the
+distance squared."""
 ABOVE_DEVIATIONS = 4.0
-"""A point is off a plane by more than so many deviations of the plane's points."""
+"""A point is off a plane if it is farther than this many deviations of the plane's points."""
 SAME, SAME_DEG = 0.015, 5.0
-"""[m] Planes are one whose middles are no farther apart than this, beside their noise, and that are so nearly
-parallel."""
+"""Two planes are the same if their middles are no farther apart than this [m], beyond their noise, and if they are
+parallel within this angle [deg]."""
 
 
 @dataclass(frozen=True, eq=False)
 class ScenePlane:
-    """A plane n·x = d that things may stand on, and what was found about it; up is the side that is seen."""
+    """A plane n·x = d that objects may stand on, with its measures; up is the visible side."""
 
     normal: Array  # (3,) n, up
     offset: float  # [m] d
@@ -55,11 +55,11 @@ class ScenePlane:
     filled: float = 0.0  # [m²] by that piece
 
     def heights(self, points: Array) -> Array:
-        """How high (...) [m] points (..., 3) are above it."""
+        """Heights (...) [m] of points (..., 3) above the plane."""
         return np.asarray(points @ self.normal - self.offset)
 
     def over(self, points: Array, margin: float = 0.0) -> BoolArray:
-        """Whether points (n, 3) are over its outline, or no farther beside it than a margin [m]."""
+        """Whether points (n, 3) are over its outline, or within a margin [m] beside it."""
         if len(self.outline) < 3:
             return np.ones(len(points), bool)
         axes = self.axes
@@ -71,9 +71,9 @@ class ScenePlane:
         return over
 
     def lowest(self, points: Array, height: Array) -> Array:
-        """How high (n,) [m] points (n, 3) of a `height` (n,) must be to be above it.
+        """The least height (n,) [m] at which points (n, 3) with a `height` (n,) count as above the plane.
 
-        By the deviation, near each, of what is measured below it: nothing stands there, so it is noise alone.
+        It follows from the deviation of the points below the plane nearby: nothing stands there, so they are noise.
         """
         if len(points) == 0:
             return np.zeros(0)
@@ -91,12 +91,12 @@ class ScenePlane:
 
     @property
     def axes(self) -> Array:
-        """Two directions (2, 3) in it."""
+        """Two directions (2, 3) in the plane."""
         return np.asarray(np.linalg.svd(self.normal[None])[2][1:])
 
     @property
     def area(self) -> float:
-        """[m²] Of its outline."""
+        """[m²] Area of its outline."""
         return hull_area(self.outline @ self.axes.T)
 
     @property
@@ -106,7 +106,7 @@ class ScenePlane:
 
     @property
     def tilt_deg(self) -> float:
-        """Between its normal and z."""
+        """Angle between its normal and z [deg]."""
         return float(np.rad2deg(np.arccos(np.clip(self.normal[2], -1.0, 1.0))))
 
     def flipped(self) -> "ScenePlane":
@@ -121,7 +121,7 @@ class ScenePlane:
 
 
 def level_at(height: float) -> ScenePlane:
-    """The table of a height [m] that was given: without end, and without noise."""
+    """The table at a given height [m]: infinite, and without noise."""
     return ScenePlane(np.array([0.0, 0.0, 1.0]), height, 0.0, 0, np.zeros((0, 3)))
 
 
@@ -178,7 +178,7 @@ def same(a: ScenePlane, b: ScenePlane) -> bool:
 
 
 def _allowed(points: Array, camera: Array | None) -> Array:
-    """How far (n,) [m] each point may be from a plane that it is on."""
+    """Largest distance (n,) [m] of each point from a plane that it is on."""
     if camera is None:
         return np.full(len(points), PLANE_ERROR)
     return np.maximum(PLANE_ERROR, PLANE_ERROR_SHARE * np.linalg.norm(points - camera, axis=1))
@@ -187,7 +187,7 @@ def _allowed(points: Array, camera: Array | None) -> Array:
 def _fitted(
     points: Array, left: BoolArray, normal: Array, offset: float, allowed: Array, camera: Array | None
 ) -> ScenePlane | None:
-    """The plane of least squares of those of the points that are left and near a first one; None of too few."""
+    """The least-squares plane of the remaining points near a first plane; None if they are too few."""
     for _ in range(FITS):
         kept = points[left & (np.abs(points @ normal - offset) < allowed)]
         if len(kept) < max(PLANE_SHARE * len(points), NEIGHBOURS):

@@ -1,4 +1,4 @@
-"""What cameras measured of a whole scene: maps of points, without what is no measurement.
+"""Views of a whole scene: maps of measured points, without invalid ones.
 
 A depth image, an organised cloud (H, W, 3) and a plain cloud (N, 3), which is kept as one column (N, 1, 3), are views
 alike.
@@ -18,31 +18,31 @@ from sgnlp.perception.cleaning import UNITS
 from sgnlp.perception.depth import DepthImage
 
 FLYING_STEP, FLYING_SHARE = 0.004, 0.01
-"""Neighbours are of one surface if their depths differ by no more than this [m], or this share of the depth: 10 mm at
-1 m are those of the rows of a table that is seen at 10 deg."""
+"""Neighbours are on one surface if their depths differ by at most this [m], or by this share of the depth: the rows of
+a table seen at 10 deg differ by 10 mm at 1 m."""
 FLYING_NEIGHBOURS = 3
-"""The pixel at a body's corner has so many neighbours on the body; one between two bodies has fewer."""
+"""A pixel at a body's corner has this many neighbours on the body; one between two bodies has fewer."""
 FAR = 10.0
-"""[m] Points farther from the camera, or from the middle of the scene, are rooms, or a sensor's largest value."""
+"""[m] Points farther from the camera, or from the middle of the scene, show the room, or a sensor's largest value."""
 WIDTHS, CROPPED = (0.03, 20.0), 0.05
-"""[m] Width of a cloud, without this share of the points on each side: a few may be a sensor's mark for no return."""
+"""The width of a cloud leaves out this share of the points on each side: they may be marks for no return."""
 USUAL = (0.2, 5.0)
-"""[m] Width by which the unit of a cloud is guessed for its error."""
+"""[m] Range of widths of a scene; the error message proposes a unit that fits it."""
 CONE_DEG = 50.0
-"""A camera's own frame has its points within this of ±z: half a field of view, from corner to corner."""
+"""In a camera's own frame all points are within this angle of ±z: half the diagonal field of view."""
 CONE_NEAR = 0.1
 """[m] Nearest point of such a frame."""
 CONE_SHARE = 0.99
-"""Share of the points that are so: a few may be stray ones."""
+"""Share of the points for which this must hold: a few may be stray."""
 
 
 @dataclass(frozen=True, eq=False)
 class SceneView:
-    """A map of points [m], NaN where nothing was measured or what was is dropped."""
+    """A map of points [m], NaN where nothing was measured or a point was dropped."""
 
     points: Array  # (H, W, 3); (N, 1, 3) of a plain cloud
     name: str
-    camera: Array | None = None  # (3,) [m] where the camera was, in the frame of the points
+    camera: Array | None = None  # (3,) [m] position of the camera, in the frame of the points
     image: DepthImage | None = None  # with its pose in that frame
 
     @property
@@ -84,7 +84,7 @@ def of_points(value: ArrayLike, number: int, name: str = "", camera: Array | Non
 
 
 def cleaned(view: SceneView) -> tuple[SceneView, list[str]]:
-    """A view without what is no measurement, each counted in a note: NaN, zeros, what is far off, flying pixels."""
+    """A view without invalid points, counted in notes: NaN, zeros, far points, flying pixels."""
     notes: list[str] = []
 
     def drop(view: SceneView, dropped: BoolArray, reason: str) -> SceneView:
@@ -114,10 +114,9 @@ def cleaned(view: SceneView) -> tuple[SceneView, list[str]]:
 
 
 def flying(view: SceneView) -> BoolArray:
-    """The pixels (H, W) of too few neighbours at their distance from the camera: mixtures of a body and what is behind.
+    """The pixels (H, W) with too few neighbours at their distance from the camera: they mix a body and its background.
 
-    In a depth image the distance is the depth, else that from the camera, or from the origin, which differs less than
-    the points do.
+    In a depth image the distance is the depth. Else it is that from the camera, or from the origin.
     """
     if view.image is None:
         away = np.linalg.norm(view.points - (np.zeros(3) if view.camera is None else view.camera), axis=2)
@@ -140,7 +139,7 @@ def points_of(views: Sequence[SceneView]) -> Array:
 
 
 def _check_width(points: Array) -> None:
-    """Refuse a cloud (n, 3) that has no room's size."""
+    """Refuse a cloud (n, 3) that does not have the size of a scene."""
     low, high = np.quantile(points, (CROPPED, 1 - CROPPED), axis=0)
     width = float((high - low).max())
     if not WIDTHS[0] <= width <= WIDTHS[1]:
@@ -159,7 +158,7 @@ def in_a_cone(points: Array) -> bool:
 
 
 def as_views(given: Any, cameras: Array | None) -> list[SceneView]:
-    """The views of depth images, clouds, or both kinds of one; `cameras` (V, 3) are where those of clouds stood."""
+    """The views of one or several depth images or clouds; `cameras` (V, 3) are the positions for clouds."""
     several = isinstance(given, list | tuple)
     items = list(given) if several else [given]
     if not items:

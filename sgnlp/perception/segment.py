@@ -1,9 +1,9 @@
-"""From what cameras measured of a whole scene to the table and the clusters of points that stand on it.
+"""From camera data of a whole scene to the table and the clusters of points on it.
 
-1. Drop what is no measurement: NaN, zeros, flying pixels (`scene_views`).
-2. Find the table, the plane that most stands on (`table_plane`), and make it level where no pose says how the
-   world lies (`world_frame`).
-3. Part what is above the table into clusters (`clusters`), and tell those that are no object (`faults`).
+1. Drop invalid points: NaN, zeros, flying pixels (`scene_views`).
+2. Find the table, the plane that most things stand on (`table_plane`), and make it level if no pose is given
+   (`world_frame`).
+3. Split the points above the table into clusters (`clusters`), and mark those that are no object (`faults`).
 """
 
 from collections.abc import Sequence
@@ -25,19 +25,20 @@ from sgnlp.perception.scene_views import as_views, cleaned, points_of
 from sgnlp.perception.world_frame import Placed, placed
 
 FOOT_SHARE, FOOT, FOOT_REACH = 0.6, 0.003, 0.004
-"""Lower points are the foot of a cluster if they are above the table by this share of the former and by this [m], and
-no farther from the cluster than this [m]."""
+"""Lower points belong to the foot of a cluster if they are above the table by this share of the usual height and by
+this [m], and within this distance of the cluster [m]."""
 MIN_SCENE = 100
 """Fewest points of a scene."""
 WALL_MARGIN = 0.03
-"""[m] A wall goes on beyond its outline: where it meets the table its points are the table's."""
+"""[m] A wall continues this far beyond its outline, because its points near the table are assigned to the table."""
 HIGHEST, BESIDE = 1.0, 0.1
-"""[m] What is higher above the table, or farther beside its outline, is left out."""
+"""[m] Points higher above the table, or farther beside its outline, are left out."""
 MIN_POINTS, MIN_SIZE, MIN_HEIGHT, HIGH = 30, 0.01, 0.01, 0.9
-"""A cluster of fewer points, or of a smaller longest side [m], is dropped, as an observation is refused; so is one that
-does not rise so high [m], at this quantile: the bulges of a table are lower, and the pads are larger."""
+"""A cluster is dropped if it has fewer points, or a smaller longest side [m], as an observation would be refused; or if
+this quantile of its heights is lower than this [m]: bulges of a table are lower, and pads are larger."""
 NOISE, ELSEWHERE = -1, -2
-"""Of points in no cluster: of the table, or a few above it; of walls, and of what is not over the table."""
+"""Numbers of points in no cluster: the first for the table or a few points above it, the second for walls and all that
+is not over the table."""
 
 
 def segment(
@@ -48,18 +49,18 @@ def segment(
     camera_positions: ArrayLike | None = None,
     notes: Sequence[str] = (),
 ) -> Scene:
-    """The table of a scene and what stands on it.
+    """The table of a scene and the clusters of points on it.
 
     `views` is a `DepthImage` without a mask, a cloud (N, 3) or (H, W, 3) in metres, NaN where nothing was measured, or
-    a list of several of one kind in one world. `pose` (4, 4) is that of their frame in the world, whose z is up.
-    Without a pose a depth image, or a cloud in the frame of a camera, is turned so that the table is level, with the
-    origin on the table below the camera and x ahead of it; a cloud with a level table is in the world already.
-    `table_height` [m] is the world's, and is found where it is not given. `camera_positions` (V, 3) [m] are those of
-    the clouds, in their frame.
+    a list of several of one kind in one world frame. `pose` (4, 4) is the pose of their frame in the world, whose z is
+    up. Without a pose, a depth image or a cloud in a camera's frame is turned so that the table is level, with the
+    origin on the table below the camera and x ahead of it. A cloud with a level table counts as being in the world
+    already. `table_height` [m] is in the world frame; it is measured if it is not given. `camera_positions` (V, 3) [m]
+    are the cameras of the clouds, in the clouds' frame.
 
     Raises:
-        InputError: no table is found, it is not level in the world that is given, nothing stands on it, or a depth or
-            a width is that of another unit.
+        InputError: no table is found, it is not level in the given world, nothing stands on it, or depths or widths
+            are in another unit.
     """
     positions = None if camera_positions is None else floats(camera_positions, "camera_positions", (None, 3))
     given, clean, said = as_views(views, positions), [], list(notes)
@@ -150,7 +151,7 @@ def _numbers(points: Array, height: Array, low: Array, found: Placed) -> IntArra
 
 
 def _on(wall: ScenePlane, points: Array) -> BoolArray:
-    """Which points (n, 3) are on a wall."""
+    """Whether points (n, 3) are on a wall."""
     height = wall.heights(points)
     near = np.abs(height) < wall.lowest(points, height)
     near[near] = wall.over(points[near], WALL_MARGIN)
@@ -169,7 +170,7 @@ def _maps(chosen: BoolArray, found: Placed) -> tuple[BoolArray, ...]:
 
 
 def _distance(points: Array, found: Placed) -> float | None:
-    """[m] From the middle of points (n, 3) to the nearest camera, where one is known."""
+    """[m] Distance from the middle of points (n, 3) to the nearest camera, if one is known."""
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     away = [float(np.linalg.norm(view.camera - middle)) for view in found.views if view.camera is not None]
     return min(away, default=None)

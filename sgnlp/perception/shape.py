@@ -1,6 +1,6 @@
-"""Convex shapes in the world: obstacles to stay clear of, and regions that fingers are to touch or to stay off.
+"""Convex shapes in the world: obstacles, and regions that fingers must touch or avoid.
 
-Every shape is a box or an upright cylinder in a frame of its own, with a radius around it:
+Every shape is a box or an upright cylinder in its own frame, with a radius around it:
 
     u = Rᵀ(x - c),   q = |u| - h   (box),   q = (√(u_x² + u_y²) - h_x, |u_z| - h_z)   (cylinder)
     d(x) = |max(q, 0)| + min(max_i q_i, 0) - r
@@ -19,29 +19,35 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 
 FAR = 10.0
-"""Half extents that stand for no end [m]: a hand and its arm are 2 m at most."""
+"""Half extent that stands for infinity [m]: a hand and its arm are at most 2 m long."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """A convex solid; `signed distance` is negative inside. Make one by `box`, `sphere`, `cylinder`, `half_space`."""
+    """A convex solid in the world frame. Make one by `box`, `sphere`, `cylinder` or `half_space`.
+
+    With u = Rᵀ(x - c), half extents h and radius r its signed distance, negative inside, is
+
+        q = |u| - h   (box),   q = (√(u_x² + u_y²) - h_x, |u_z| - h_z)   (cylinder)
+        d(x) = |max(q, 0)| + min(max_i q_i, 0) - r
+    """
 
     name: str
     centre: Array  # (3,) [m] in the world
     rotation: Array  # (3, 3), its axes in the world are the columns
-    half: Array  # (3,) [m] half extents; of a cylinder radius, FAR, half height
+    half: Array  # (3,) [m] half extents; for a cylinder its radius, FAR, half its height
     radius: float = 0.0  # [m] by which it is inflated
     circular: bool = False  # whether x and y are one radial coordinate
 
     @classmethod
     def box(cls, centre: ArrayLike, size: ArrayLike, rotation: ArrayLike | None = None, name: str = "box") -> Self:
-        """A box of edges `size` (3,) [m]; raises `InputError` unless they are positive."""
+        """A box with edges `size` (3,) [m] about `centre` (3,) [m]; raises `InputError` unless they are positive."""
         edges = _vector(size, f"the size of '{name}'", positive=True)
         return cls(name, _vector(centre, f"the centre of '{name}'"), _turn(rotation, name), edges / 2)
 
     @classmethod
     def sphere(cls, centre: ArrayLike, radius: float, name: str = "sphere") -> Self:
-        """A ball of a radius [m]."""
+        """A ball of this radius [m] about `centre` (3,) [m]; raises `InputError` unless the radius is positive."""
         place = _vector(centre, f"the centre of '{name}'")
         return cls(name, place, np.eye(3), np.zeros(3), _length(radius, f"the radius of '{name}'"))
 
@@ -49,14 +55,14 @@ class Shape:
     def cylinder(
         cls, centre: ArrayLike, radius: float, height: float, rotation: ArrayLike | None = None, name: str = "cylinder"
     ) -> Self:
-        """A cylinder about the z axis of its frame, `height` [m] from end to end."""
+        """A cylinder about the z axis of its frame, `radius` and `height` in m; raises `InputError` as `box`."""
         around, along = _length(radius, f"the radius of '{name}'"), _length(height, f"the height of '{name}'")
         half = np.array([around, FAR, along / 2])
         return cls(name, _vector(centre, f"the centre of '{name}'"), _turn(rotation, name), half, circular=True)
 
     @classmethod
     def half_space(cls, point: ArrayLike, normal: ArrayLike, name: str = "half-space") -> Self:
-        """All that lies behind a plane through `point` (3,) [m] whose `normal` (3,) points out of it."""
+        """All points behind a plane through `point` (3,) [m]; its `normal` (3,) points out of the solid."""
         outward = _vector(normal, f"the normal of '{name}'")
         length = float(np.linalg.norm(outward))
         if length == 0:
@@ -69,7 +75,7 @@ class Shape:
         return cls(name, _vector(point, f"the point of '{name}'") - FAR * z, rotation, np.full(3, FAR))
 
     def inflated(self, by: float) -> Self:
-        """The shape with all within `by` [m] of it; less than 0 shrinks the radius around it."""
+        """The shape grown by `by` [m]; a negative value shrinks the radius around it."""
         return replace(self, radius=self.radius + by)
 
     def moved(self, shift: Array) -> Self:

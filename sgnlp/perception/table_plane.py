@@ -1,8 +1,8 @@
 """The table of a whole scene: of the planes in it, the one that objects stand on.
 
 The largest plane need not be the table: a wall, or the floor around the table, may be larger. So several planes are
-found, and each is asked what stands on it. (`level` looks at the pixels around an object that is known, from a camera
-that is known; here neither is.)
+found, and for each the things standing on it are measured. (`level` uses the pixels around a known object from a known
+camera; here neither is known.)
 """
 
 from collections.abc import Sequence
@@ -20,37 +20,36 @@ from sgnlp.perception.scene_planes import (
 )
 
 MIN_WIDTH = 0.15
-"""[m] A table's points are at least so wide."""
+"""[m] Least width of a table's points."""
 FOOT, FOOT_HEIGHT = 0.008, 0.01
-"""[m] The feet of what stands on a plane are points so high above it, or above its noise, and so much higher. What is
-this much higher again must be over them, or they are noise too."""
+"""[m] Feet of things on a plane are points from the first height above it (or above its noise) through the second one.
+There must be points over them through another second height, or they count as noise."""
 FOOT_CELL = 0.01
-"""[m] Feet are counted by the squares of this side that they stand on: what is near the camera counts no more than what
-is far."""
+"""[m] Feet are counted by occupied squares of this side, so that near and far things count alike."""
 MIN_FEET, OVER = 10, 0.1
-"""A table stands on a floor: of wide parallel planes so far apart [m], the upper one with so many squares of feet is
-meant."""
+"""A table stands on a floor: of two wide parallel planes at least this far apart [m], the upper one is the table if it
+has at least this many squares of feet."""
 SQUARES = 2**20
-"""More than there are in a row."""
+"""More than the squares in a row, to number them."""
 BELOW, DEEP, BELOW_SHARE = 0.03, 0.3, 0.1
-"""Nothing is seen through a table: at most this share of the points seen within its outline is deeper below it than the
-first [m]. Where no camera is known, those over its outline count, and no deeper than the second: a floor is seen under
-a table from the side."""
+"""No camera sees through a table: at most this share of the points seen within its outline may be deeper below it than
+the first length [m]. If no camera is known, points vertically below its outline count, down to the second length: from
+the side a camera sees the floor under a table."""
 TOWARDS_FLOOR = 0.1
 """A wall's normal points down in the image of a camera that looks down: its y is above this. A table's points up."""
 UNLIKELY = 0.3
-"""The feet of such a plane count so much: cameras may be mounted upside down."""
+"""Weight of the feet on such a plane: cameras may be mounted upside down."""
 ASKED = 40_000
-"""Points that are asked for what stands on a plane."""
+"""Number of points used to measure what stands on a plane."""
 AREA_RATIO, TILTED_LENGTH = 1.5, 0.25
-"""A plane that is not level, of a cloud whose camera is not known, has at least so many times the area of what stands
-on it, and is longer than this [m]: else it may be the side of a box, with the box on its other side."""
+"""Without a known camera, a plane that is not level must have this many times the area of what stands on it, and be
+longer than this [m]: else it may be the side of a box, with the box on its other side."""
 LEVEL_DEG = 10.0
 """A plane tilted by less may be a table's."""
 
 
 def standing(plane: ScenePlane, points: Array, others: BoolArray, camera: Array | None) -> tuple[int, float]:
-    """Squares under the feet of what stands on a plane, and the share below it of what is seen within its outline.
+    """Number of squares under feet on a plane, and the share below it of the points seen within its outline.
 
     `others` (n,) marks the points (n, 3) that are on other wide planes.
     """
@@ -65,7 +64,7 @@ def standing(plane: ScenePlane, points: Array, others: BoolArray, camera: Array 
     deep = np.inf
     if camera is None:
         deep = DEEP
-    else:  # where the rays of the camera meet the plane
+    else:  # the points where the rays of the camera meet the plane
         above = float(plane.heights(camera))
         points = camera + (points - camera) * (above / np.maximum(above - height, np.finfo(float).tiny))[:, None]
     seen = plane.over(points)
@@ -77,10 +76,10 @@ def standing(plane: ScenePlane, points: Array, others: BoolArray, camera: Array 
 def find_table(
     points: Array, found: Sequence[ScenePlane], camera: Array | None, own_frame: bool, world: bool
 ) -> ScenePlane | None:
-    """The plane of points (n, 3) that most stands on, None if none can be a table.
+    """The plane of points (n, 3) that most things stand on; None if none can be a table.
 
-    `own_frame` says that the points may be those of a camera at the origin, whose y points down, `world` that z is up
-    for certain: a table that is not level comes after all that are.
+    `own_frame` says that the points may be in the frame of a camera, whose y points down. `world` says that z is
+    certainly up: then level planes are preferred.
     """
     points = points[:: -(-len(points) // ASKED)]
     on = [np.abs(plane.heights(points)) < max(PLANE_ERROR, FIT_DEVIATIONS * plane.deviation) for plane in found]
@@ -100,7 +99,7 @@ def find_table(
 
 
 def _uppermost(ranked: list[tuple[tuple[float, ...], ScenePlane]]) -> ScenePlane:
-    """Of ranked planes the one of the highest rank, or the table that stands on it."""
+    """The plane with the highest rank, or the table that stands on it."""
     table = max(ranked, key=lambda pair: pair[0])[1]
     for rank, plane in ranked:
         parallel = float(plane.normal @ table.normal) > np.cos(np.deg2rad(SAME_DEG))
@@ -113,7 +112,7 @@ def _uppermost(ranked: list[tuple[tuple[float, ...], ScenePlane]]) -> ScenePlane
 def _sides(plane: ScenePlane, camera: Array | None, own_frame: bool) -> list[tuple[ScenePlane, Array | None]]:
     """The sides of a plane that may be up, each with the camera that sees it.
 
-    That is the side that a camera sees that is known. Else both, and of a level plane the upper one.
+    With a known camera it is the side that the camera sees. Else it is both sides, or the upper side of a level plane.
     """
     if camera is not None:
         return [(plane, camera)]
@@ -125,7 +124,7 @@ def _sides(plane: ScenePlane, camera: Array | None, own_frame: bool) -> list[tup
 
 
 def _widest(plane: ScenePlane, points: Array) -> bool:
-    """Whether a plane has more area than what is over it, or is level."""
+    """Whether a plane has more area than the points over it, or is level."""
     if plane.tilt_deg <= LEVEL_DEG:
         return True
     above = points[plane.heights(points) > max(FOOT, ABOVE_DEVIATIONS * plane.deviation)]

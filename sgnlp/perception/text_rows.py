@@ -1,4 +1,4 @@
-"""Points from the lines of a text: finds separator, decimal mark and columns, and notes every line that it drops."""
+"""Reads points from the lines of a text: finds separator, decimal mark and columns, and notes dropped lines."""
 
 import re
 from collections import Counter
@@ -13,14 +13,14 @@ from sgnlp.base.errors import InputError
 COMMENTS = ("#", "//", "%", "!")
 COORDINATES = ("x", "y", "z")
 MAX_BROKEN_SHARE = 0.2
-"""Largest share of the lines that may hold fewer or more numbers than the others; beyond it the file is broken."""
+"""Largest share of the lines with fewer or more numbers than the others; above it the file is broken."""
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+\.\d*")
 NO_NUMBER = {"", "-", "--", "---", "*", "na", "n/a", "#n/a", "none", "null", "nil", "inf", "-inf", "nan", "-nan"}
 """Words, in lower case, for "no return"."""
 INTEGER = re.compile(r"[+-]?\d+")
 UNIT = 0.01
-"""Rows whose lengths are 1 to this are directions: normals have been rounded to two digits at the worst."""
+"""Rows whose lengths are 1 within this are directions: normals have at least two digits."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ def points(content: bytes, columns: Sequence[str] = ()) -> Text:
 
     Blanks, tabs, semicolons or commas separate the numbers; the decimal mark is a point or a comma. `columns` are the
     names of the columns if a header has them. Otherwise a heading line may name them, or the first three are x y z.
-    Raises `InputError` where the lines can be read in more than one way.
+    Raises `InputError` if the lines can be read in more than one way.
     """
     lines = [line for line in map(str.strip, _decoded(content).splitlines()) if line and not line.startswith(COMMENTS)]
     split, notes = _splitter(lines)
@@ -51,12 +51,12 @@ def points(content: bytes, columns: Sequence[str] = ()) -> Text:
 
 
 def _decoded(content: bytes) -> str:
-    """UTF-8 with or without a mark, or the UTF-16 of spreadsheets."""
+    """The text, from UTF-8 with or without a byte-order mark, or from the UTF-16 of spreadsheets."""
     return content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig", errors="replace")
 
 
 def _splitter(lines: Sequence[str]) -> tuple[Callable[[str], list[str]], list[str]]:
-    """How a line becomes its fields, by the separator and decimal mark that the lines have."""
+    """A function that splits a line into fields, by the separator and decimal mark of the lines; and notes."""
     if not any("," in line or ";" in line for line in lines):
         return str.split, []
     parts = [re.split(r"[;\s]+", line.rstrip(",; \t")) for line in lines]
@@ -88,7 +88,7 @@ def _separated(line: str) -> list[str]:
 
 
 def _halves(fields: list[list[str]]) -> bool:
-    """Whether fields come in pairs of a whole number and a fraction of always as many digits: 0,151,-0,102,0,033."""
+    """Whether fields are pairs of a whole number and a fraction with a fixed number of digits: 0,151,-0,102,0,033."""
     body = [line for line in fields if len(line) >= 6 and all(map(INTEGER.fullmatch, line))]
     if not body or len(body) < len(fields) - 1:
         return False
@@ -153,7 +153,7 @@ def _table(fields: list[list[str]], width: int) -> tuple[Array, list[str]]:
 
 
 def _places(table: Array, columns: Sequence[str]) -> tuple[list[int], list[str]]:
-    """Which columns are x, y and z. Raises `InputError` where they look like something else."""
+    """The columns of x, y and z, and notes. Raises `InputError` if they look like something else."""
     if columns:
         return [list(columns).index(name) for name in COORDINATES], []
     first, more = table[:, :3], table[:, 3:6]
@@ -169,7 +169,7 @@ def _places(table: Array, columns: Sequence[str]) -> tuple[list[int], list[str]]
 
 
 def counts(column: Array) -> bool:
-    """Whether a column (N,) is a running number: whole numbers that always grow, as no coordinate does."""
+    """Whether a column (N,) is a running number: whole numbers that always increase, unlike coordinates."""
     return len(column) > 2 and bool((column == np.round(column)).all() and (np.diff(column) > 0).all())
 
 
@@ -178,5 +178,5 @@ def _colours(rows: Array) -> bool:
 
 
 def directions(rows: Array) -> bool:
-    """Whether all rows (N, 3) have length 1, as normals have and coordinates have not."""
+    """Whether all rows (N, 3) have length 1, like normals and unlike coordinates."""
     return bool((np.abs(np.linalg.norm(rows, axis=1) - 1) < UNIT).all())

@@ -20,9 +20,9 @@ class Cameras:
 
     @classmethod
     def of(cls, count: int, view: object, names: Sequence[str] | None, positions: object) -> "Cameras":
-        """The cameras of `count` points; without names a camera is called by its number in `view`.
+        """The cameras of `count` points; without names a camera's name is its number in `view`.
 
-        Without `view` nothing says which of several positions saw a point: one camera, no position.
+        Without `view` it is unknown which of several positions saw a point: then there is one camera, without position.
         """
         number = np.zeros(count, np.int64) if view is None else integers(view, "view", (None,))
         if len(number) != count:
@@ -45,9 +45,9 @@ class Cameras:
         return cls(number, names, place)
 
     def background(self, points: object, view: object) -> tuple[Array, IntArray] | None:
-        """What the cameras measured around the object, (M, 3) and (M,), as far as it is finite.
+        """The finite points (M, 3) that the cameras (M,) measured around the object.
 
-        Raises `InputError` for another shape, or a camera that is not there.
+        Raises `InputError` for another shape, or an unknown camera.
         """
         if points is None:
             return None
@@ -60,7 +60,7 @@ class Cameras:
         return found[finite], number[finite]
 
     def pick(self, views: Sequence[str | int] | None) -> IntArray:
-        """Sorted indices of the views asked for by name, or by place where no name matches; None: all."""
+        """Sorted indices of views given by name, or by index if no name matches; None: all."""
         if views is None:
             return np.arange(len(self.names))
         places = {str(i): i for i in range(len(self.names))} | {name: i for i, name in enumerate(self.names)}

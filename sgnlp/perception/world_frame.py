@@ -1,4 +1,4 @@
-"""The world of a scene: that of the poses that are given, else one in which the table is level."""
+"""The world frame of a scene: that of the given poses, else one in which the table is level."""
 
 from dataclasses import dataclass, replace
 
@@ -13,8 +13,8 @@ from sgnlp.perception.scene_views import SceneView, in_a_cone, points_of
 from sgnlp.perception.table_plane import find_table
 
 STRAIGHT_DOWN = 0.17
-"""Part of a camera's axis that lies along the table below which it looks straight down: 10 deg. The top of the image
-gives the direction of x then."""
+"""If the component of a camera's axis along the table is smaller than this (10 deg), it looks straight down. Then the
+top of the image gives the direction of x."""
 ORIGIN_DIGITS = 6
 """Decimals of the transform in its note."""
 
@@ -34,7 +34,7 @@ def placed(views: list[SceneView], pose: Array | None, table_height: float | Non
     """Views in the world, in which a table is level.
 
     Raises:
-        InputError: no table is found, or the world that is given has it tilted.
+        InputError: no table is found, or it is tilted in the given world.
     """
     images = [view.image for view in views if view.image is not None]
     if pose is not None and any(image.pose is not None for image in images):
@@ -69,13 +69,13 @@ OWN_FRAME = "Took the camera to be at the origin of the cloud's own frame: all p
 
 
 def _camera(views: list[SceneView]) -> Array | None:
-    """The mean (3,) of the cameras, from which every plane is seen, if all are known."""
+    """The mean (3,) of the cameras, from which all planes are seen, if all cameras are known."""
     cameras = [view.camera for view in views if view.camera is not None]
     return np.mean(cameras, axis=0) if len(cameras) == len(views) else None
 
 
 def _assumed(points: Array, own: bool, notes: list[str]) -> ScenePlane:
-    """The table below a cloud that is cropped to an object, in a world."""
+    """The table below a cloud that is cropped to an object, in the world frame."""
     width = float(np.ptp(points, axis=0).max())
     if own or width > DEFAULTS.max_width:
         raise InputError(
@@ -88,7 +88,7 @@ def _assumed(points: Array, own: bool, notes: list[str]) -> ScenePlane:
 
 
 def _checked(views: list[SceneView], table: ScenePlane, points: Array) -> list[str]:
-    """Notes on the table in a world that was given. Raises `InputError` where it is far from level."""
+    """Notes on the table in a given world. Raises `InputError` if it is far from level."""
     if table.count == 0:
         return []
     image = views[0].image

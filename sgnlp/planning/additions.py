@@ -1,4 +1,4 @@
-"""What a user adds to a plan, or leaves out of it: terms, constraints, a kernel, a formulation, a solver."""
+"""The user's changes of a plan: added or removed terms and constraints, a kernel, a formulation, a solver."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ Part = TypeVar("Part", Term, Constraint)
 
 @dataclass(frozen=True)
 class Additions:
-    """To the built-in terms and constraints of a preset. One of the same name takes the place of a built-in one."""
+    """Additions to the built-in terms and constraints of a preset. One with a built-in one's name replaces it."""
 
     terms: tuple[Term, ...] = ()
     constraints: tuple[Constraint, ...] = ()
@@ -34,7 +34,7 @@ class Additions:
     kernel: type[Kernel] | None = None  # else that of the settings
 
     def __post_init__(self) -> None:
-        """Refuse a kernel that is no class, or that results could not tell from a built-in one."""
+        """Refuse a kernel that is not a class, or that has the name of a built-in one."""
         if self.kernel is None:
             return
         if not (isinstance(self.kernel, type) and issubclass(self.kernel, Kernel)):
@@ -43,7 +43,7 @@ class Additions:
             raise InputError(f"a built-in kernel is called '{self.kernel.name}' too; give yours another name")
 
     def and_of(self, other: "Additions") -> "Additions":
-        """These and others; of two objects for one purpose, this one's."""
+        """These and others together; where both give a kernel, formulation or solver, this one's is taken."""
         return Additions(
             terms=other.terms + self.terms,
             constraints=other.constraints + self.constraints,
@@ -59,17 +59,17 @@ class Additions:
         return self.formulation or formulation(settings.solver.formulation)
 
     def structures(self, settings: Settings, around: Around = ALONE) -> list[Structure]:
-        """The structures of the programs that a plan with these settings solves in turn among such surroundings."""
+        """The structures of the programs that a plan with these settings and surroundings solves in turn."""
         terms, constraints = self.all_terms(settings, around), self.all_constraints(settings, around)
         phases = self.chosen(settings).phases(settings.solver)
         return [structure(settings, phase.formulation, terms, constraints, around) for phase in phases]
 
     def all_terms(self, settings: Settings, around: Around = ALONE) -> tuple[Term, ...]:
-        """The terms of a plan with these settings; raises `InputError` for a name that is twice or not there."""
+        """The terms of a plan with these settings; raises `InputError` for a duplicate or unknown name."""
         return _joined("term", preset_terms(settings, around), self.terms, self.without_terms)
 
     def all_constraints(self, settings: Settings, around: Around = ALONE) -> tuple[Constraint, ...]:
-        """The constraints of a plan with these settings; raises `InputError` for a name that is twice or not there."""
+        """The constraints of a plan with these settings; raises `InputError` for a duplicate or unknown name."""
         return _joined("constraint", preset_constraints(settings, around), self.constraints, self.without_constraints)
 
 
@@ -89,7 +89,7 @@ def _joined(kind: str, ours: Sequence[Part], theirs: Sequence[Part], without: Co
 
 
 class Named(Mapping[str, Part]):
-    """Parts by name; looking up one that is not there raises `InputError` with the valid names."""
+    """Parts by name; an unknown name raises `InputError` with the valid names."""
 
     def __init__(self, kind: str, parts: Sequence[Part]):
         self._kind = kind
@@ -111,15 +111,19 @@ class Named(Mapping[str, Part]):
 
 
 def terms(settings: Settings = ROBUST) -> Named[Term]:
-    """The built-in terms that settings ask for, with their weights, by name.
+    """The built-in terms of settings, with their weights, by name. `Term` gives the equation of each.
 
-    >>> replace(sgnlp.terms()["uncer"], weight=50.0)  # given to `solve`, it takes the place of the built-in one
+    Looking up an unknown name raises `InputError` with the valid names.
+
+    >>> replace(sgnlp.terms()["uncer"], weight=50.0)  # given to `solve`, it replaces the built-in one
     """
     return Named("term", preset_terms(settings))
 
 
 def constraints(settings: Settings = ROBUST) -> Named[Constraint]:
-    """The built-in constraints that settings ask for, with their bounds, by name.
+    """The built-in constraints of settings, with their bounds in SI units, by name.
+
+    Looking up an unknown name raises `InputError` with the valid names.
 
     >>> replace(sgnlp.constraints()["stiffness"], lower=0.02)
     """

@@ -1,4 +1,4 @@
-"""Where on its way a finger is likely to meet the surface: the density that E_uncer is made of, along whole paths.
+"""Where on its path a finger is likely to meet the surface: the contact density of E_uncer along whole paths.
 
     τ_i(α) = a_i + α (o_i - a_i),   p(α) = N(d(τ_i(α)); 0, σ_d(τ_i(α))²),   contact at α = 1 - c
 
@@ -20,7 +20,7 @@ from sgnlp.program.variables import Posture
 Array = NDArray[np.float64]
 
 FINE = 201
-"""Points of a path where it is drawn."""
+"""Number of points at which a path is drawn."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Arrays in an npz file read again, whatever is wrong with it told in one line."""
+"""Reads arrays from an npz file; whatever is wrong with the file, the error is one line."""
 
 import zipfile
 from collections.abc import Callable, Mapping
@@ -13,10 +13,10 @@ T = TypeVar("T")
 
 
 def read_archive(file: Path, kind: str, made: Callable[[Mapping[str, Any]], T]) -> T:
-    """What is made of the arrays in an npz, which is called a `kind` of sgnlp. No pickle is loaded.
+    """The object that `made` builds from the arrays of an npz; messages call the file a `kind`. No pickle is loaded.
 
     Raises:
-        InputError: it is no npz, or not one from which it can be made.
+        InputError: the file is no npz, or `made` cannot build the object from it.
     """
     if not zipfile.is_zipfile(file):
         raise InputError(f"'{file}' is not a {kind} of sgnlp: it is not an npz, or a truncated one")

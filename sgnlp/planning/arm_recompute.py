@@ -1,4 +1,4 @@
-"""The arm of a grasp recomputed in NumPy by Pinocchio: nothing here shares code with what the solver saw."""
+"""The arm of a grasp recomputed with Pinocchio in NumPy; it shares no code with the solver's expressions."""
 
 import numpy as np
 import pinocchio as pin
@@ -12,7 +12,7 @@ from sgnlp.program.variables import Posture
 
 
 def carried(problem: Problem, at: Posture, hand_spheres: Array) -> Carried | None:
-    """The arm of a posture, with the hand's spheres (S, 3) [m] at the pregrasp; None for a hand without one."""
+    """The arm of a posture, with the hand's spheres (S, 3) [m] at the pregrasp; None without an arm."""
     hand, arm, motion = problem.hand, problem.hand.arm, problem.settings.motion
     if arm is None or at.arm is None:
         return None
@@ -41,7 +41,7 @@ def carried(problem: Problem, at: Posture, hand_spheres: Array) -> Carried | Non
 
 
 def _error(found: Array, wrist: pin.SE3, by: Array) -> Array:
-    """Place and turn (6,) [m] of a pose (7,) off the wrist displaced by (3,) [m]."""
+    """Error (6,) [m] in position and rotation of a pose (7,) against the wrist displaced by (3,) [m]."""
     pose = pin.XYZQUATToSE3(found)
     turn = pin.log3(pose.rotation @ wrist.rotation.T)
     return np.concatenate([pose.translation - wrist.translation - by, LEVER * turn])

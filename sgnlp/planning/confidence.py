@@ -1,4 +1,4 @@
-"""The probability that a grasp holds at the load its plan counts on, by a logistic model of what the plan knows.
+"""The probability that a grasp holds at the load of its plan, by a logistic model of features of the plan.
 
     p = 1/(1 + exp(-(b + Σ_j w_j φ_j))),   φ_j = clip(x_j, l_j, h_j)/u_j
 
@@ -30,7 +30,7 @@ UNKNOWN = (
 
 @dataclass(frozen=True)
 class Feature:
-    """What a plan knows of a grasp: `unit` is that of the weight, `low` to `high` the range seen in the trials."""
+    """A feature of a planned grasp: `unit` divides its value, `low` to `high` is the range seen in the trials."""
 
     name: str
     about: str
@@ -53,7 +53,7 @@ class Model:
         return np.asarray(np.clip(values, low, high) / unit)
 
     def probability(self, values: Array) -> Array:
-        """p (G,) of the values x (G, F) of G grasps; NaN where a value is."""
+        """p (G,) of the values x (G, F) of G grasps; NaN where a value is NaN."""
         return np.asarray(expit(self.intercept + self.scaled(values) @ [f.weight for f in self.features]))
 
 
@@ -76,12 +76,12 @@ MODEL = Model(
 
 
 def known(settings: Settings, free_space: bool) -> bool:
-    """Whether plans with these settings have a confidence; `free_space`: whether their surface is fitted with it."""
+    """Whether plans with these settings have a confidence; `free_space` is whether the surface is fitted with it."""
     return settings.closing.planned and settings.contact.metric == "spring" and free_space
 
 
 def values(s: Solution, points: cKDTree) -> Array:
-    """The features x (F,), as `MODEL` has them, of a grasp whose hand at contact is planned, beside measured points."""
+    """The features x (F,) of `MODEL`, for a grasp whose hand at contact is planned; `points` are the measured ones."""
     g = s.grasp
     (way,) = (check.value for check in s.checks if check.name == "way")
     found = {
@@ -102,7 +102,7 @@ def values(s: Solution, points: cKDTree) -> Array:
 def with_confidence(
     solutions: Sequence[Solution], cloud: Observation, settings: Settings, free_space: bool
 ) -> list[Solution]:
-    """The same solutions, each with its confidence: NaN where it is not known or the grasp is not feasible."""
+    """The same solutions, each with its confidence; NaN if it is unknown or the grasp is not feasible."""
     if not known(settings, free_space):
         return list(solutions)
     points = cKDTree(cloud.points, compact_nodes=False, balanced_tree=False)  # quick to build, for few queries
@@ -118,9 +118,9 @@ def words(confidence: float) -> str:
 
 
 def refusal(confidence: float, least: float) -> str:
-    """Why a grasp of this confidence is not to be carried out where at least so much is asked; "" if it may be.
+    """Why a grasp of this confidence is refused if at least `least` is required; "" if it is not refused.
 
-    An unknown confidence is never enough, unless nothing is asked, 0.
+    An unknown confidence is never enough, unless `least` is 0.
     """
     if least == 0 or confidence >= least:
         return ""

@@ -1,4 +1,4 @@
-"""What runs here: versions, machine, backends of the kinematics and solvers."""
+"""The environment: versions, machine, backends of the kinematics, and solvers."""
 
 import importlib.metadata
 import platform
@@ -30,7 +30,7 @@ def versions() -> dict[str, str]:
 
 @cache
 def _version(package: str) -> str:
-    """That of a package as it is installed: read from its files once, which takes milliseconds."""
+    """The version of an installed package, read once from its files, which takes milliseconds."""
     try:
         return importlib.metadata.version(package)
     except importlib.metadata.PackageNotFoundError:
@@ -38,9 +38,9 @@ def _version(package: str) -> str:
 
 
 def commit(checkout: Path | None = None) -> str:
-    """The commit of a checkout, with "+ changes" if its files differ from it; "none" where there is none.
+    """The commit of a checkout, with "+ changes" if its files differ from it; "none" if there is no repository.
 
-    If none is named, it is that of the code that runs.
+    Without an argument it is the commit of the running code.
     """
     git = partial(_git, checkout or Path(__file__).parents[2])
     try:
@@ -66,7 +66,7 @@ def solvers() -> dict[str, bool]:
 
 
 def surface_backend() -> str:
-    """How the surface is evaluated: in compiled C, or in NumPy where that cannot be had, with the reason."""
+    """How the surface is evaluated: in compiled C, or in NumPy with the reason why not in C."""
     library, fault = attempt()
     return "compiled C" if library is not None else f"NumPy ({fault})"
 
@@ -84,7 +84,7 @@ def shipped() -> dict[str, pin.Model]:
 
 
 def kinematics_backends() -> str:
-    """What gives the placements of the joints of what comes with the package."""
+    """The backends of the joint placements, for the hands and arms that come with the package."""
     by: dict[str, list[str]] = {}
     for name, model in shipped().items():
         by.setdefault(backend(model), []).append(name)
@@ -92,7 +92,7 @@ def kinematics_backends() -> str:
 
 
 def kinematics_lacks() -> dict[str, str]:
-    """Of each better backend than the walk, why it does not run for what comes with the package; "" if it does."""
+    """For each backend better than the walk, why it does not run for the package's hands and arms; "" if it does."""
     lacks: dict[str, str] = {}
     models = shipped()
     for using in BACKENDS[:-1]:

@@ -1,8 +1,8 @@
 """A user's file that adds to plans: `sgnlp solve mug.npz --with my_terms.py`.
 
 The file is Python. It may define any of `TERMS` and `CONSTRAINTS` (lists), `WITHOUT_TERMS` and `WITHOUT_CONSTRAINTS`
-(lists of names), `KERNEL` (a class), `FORMULATION` and `SOLVER` (objects). Its text travels to worker processes, also
-those of other machines, and its hash goes into the key of compiled functions and into the result.
+(lists of names), `KERNEL` (a class), `FORMULATION` and `SOLVER` (objects). Its text is sent to worker processes, also
+on other machines. Its hash is part of the key of compiled functions and of the result.
 """
 
 import hashlib
@@ -29,12 +29,12 @@ LISTS: dict[str, type] = {
     "WITHOUT_CONSTRAINTS": str,
 }
 OBJECTS: dict[str, type] = {"FORMULATION": Formulation, "SOLVER": Solver}
-"""What a file may define, and of which type it, or each of its parts, must be."""
+"""The names that a file may define, and the type of each object, or of each part of a list."""
 
 
 @dataclass(frozen=True)
 class Extension:
-    """The text of a user's file, and where it was read."""
+    """The text of a user's file, and its path."""
 
     file: str
     text: str
@@ -45,12 +45,16 @@ class Extension:
         return hashlib.sha256(self.text.encode()).hexdigest()
 
     def additions(self) -> Additions:
-        """What it adds; the same text gives the same objects. Raises `InputError` for whatever is wrong with it."""
+        """The additions in the file; the same text gives the same objects. Raises `InputError` if anything is wrong."""
         return _additions(self)
 
 
 def extension(file: str | Path) -> Extension:
-    """The extension in a file; raises `InputError` if it cannot be read, fails, or defines nothing of use."""
+    """The extension in a Python file, for `solve(extension=...)` or `additions()`.
+
+    Raises:
+        InputError: the file cannot be read, fails, or defines nothing that an extension may define.
+    """
     path = Path(file)
     try:
         found = Extension(str(path.absolute()), path.read_text(encoding="utf-8"))
@@ -90,7 +94,7 @@ def _additions(given: Extension) -> Additions:
 
 @contextmanager
 def _beside(folder: Path) -> Iterator[None]:
-    """Imports from the file's folder too."""
+    """Allow imports from the file's folder."""
     sys.path.insert(0, str(folder))
     try:
         yield
@@ -106,7 +110,7 @@ def _parts(module: ModuleType, name: str, kind: type, given: Extension) -> tuple
 
 
 def _signed(value: Any, name: str, kind: type, given: Extension) -> Any:
-    """A part that knows the hash of its source."""
+    """The part, with the hash of its source."""
     if not isinstance(value, kind):
         wrong = f"{value.__name__}, a class; call it" if isinstance(value, type) else type(value).__name__
         raise InputError(f"{name} in '{given.file}' needs {kind.__name__} objects, not {wrong}")

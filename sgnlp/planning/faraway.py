@@ -1,7 +1,7 @@
-"""Plans of clouds far from the origin, made near it: a map's coordinates leave few digits to differences and products.
+"""Clouds far from the origin are planned near it: large coordinates leave few digits to differences and products.
 
-The planning frame's origin is the whole metre nearest to the cloud, so that moving there and back costs a rounding of
-the world's coordinates and no more; a cloud within `NEAR` is planned where it is.
+The origin of the planning frame is the whole metre nearest to the cloud, so that moving there and back costs only one
+rounding of the world's coordinates. A cloud within `NEAR` is planned where it is.
 """
 
 from dataclasses import replace
@@ -17,7 +17,7 @@ from sgnlp.planning.solution import Solution
 Array = NDArray[np.float64]
 
 NEAR = 10.0
-"""Within this of the origin [m] a double has steps of 2e-15 m, which matter nowhere."""
+"""Within this distance of the origin [m] a double has steps of at most 2e-15 m, which never matter."""
 
 
 def origin(observation: Observation) -> Array:

@@ -1,4 +1,4 @@
-"""Planned grasps as arrays, best first: what a result file holds and what a robot needs."""
+"""Planned grasps as arrays, best first: the content of a result file, and all that a robot needs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 class Grasps:
     """G grasps of a hand with m fingers, n joints and S spheres, in the world frame, sorted best first.
 
-    Feasible ones come first. `meta` says how they were made: versions, settings, seed, hand, input, timings.
+    Feasible ones come first. `meta` has how they were made: versions, settings, seed, hand, input, timings.
     """
 
     wrist: Array  # (G, 7) pose of the hand's root link, x y z [m] qx qy qz qw
@@ -62,7 +62,7 @@ class Grasps:
     confidence: Array  # (G,), probability that the grasp holds at the load of the plan; NaN: unknown
     violated: NDArray[np.str_]  # (G,), names of the failed checks, separated by "; "
     kkt: Array  # (G, 3) dual, primal and complementarity residuals of the scaled problem
-    status: NDArray[np.str_]  # (G,), the solver's word
+    status: NDArray[np.str_]  # (G,), status in the solver's own words
     iterations: NDArray[np.int64]  # (G,)
     solve_seconds: Array  # (G,)
     start: NDArray[np.int64]  # (G,), index of the initial guess
@@ -72,7 +72,7 @@ class Grasps:
         return len(self.energy)
 
     def posture(self, rank: int = 0) -> Posture:
-        """The grasp of that rank as what the program plans."""
+        """The grasp of this rank as the program's variables."""
         names = ("wrist", "joints", "targets", "gains", "c", "joints_contact")
         own = {name: getattr(self, name)[rank] for name in names}
         return Posture(**own, arm=self.arm[rank] if len(self.arm_joint_names) else None)
@@ -96,19 +96,19 @@ OF_SOLUTIONS = (
     "iterations",
     "start",
 )
-"""Fields that a solution has by the same name."""
+"""Fields that a solution has under the same name."""
 PER_HAND = ("joint_names", "arm_joint_names", "finger_names", "term_names")
 """Fields that are not per grasp."""
 
 
 def same(a: Grasps, b: Grasps) -> bool:
-    """Whether two results agree bit for bit, but for the seconds that they took."""
+    """Whether two results agree bit for bit, apart from their computing times."""
     names = [field.name for field in fields(Grasps) if field.name not in ("meta", "solve_seconds")]
     return all(getattr(a, name).tobytes() == getattr(b, name).tobytes() for name in names)
 
 
 def stack(hand: Hand, terms: Sequence[Term], solutions: Sequence[Solution], meta: dict[str, Any]) -> Grasps:
-    """The arrays of solutions of a plan with these terms, in their order; of no solutions, the same with G = 0."""
+    """The arrays of a plan's solutions, in their order, with these terms; G = 0 without solutions."""
     rows = [_row(solution) for solution in solutions]
     arrays = {name: np.array([row[name] for row in rows]) for name in rows[0]} if rows else _no_rows(hand, len(terms))
     return Grasps(

@@ -1,4 +1,4 @@
-"""Residuals of the first-order optimality conditions, recomputed from the oracle whatever the solver said."""
+"""Residuals of the first-order optimality conditions, recomputed from the oracle instead of trusting the solver."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,9 +11,10 @@ from sgnlp.program.oracle import Functions
 Array = NDArray[np.float64]
 
 SCALE_LIMIT = 100.0
-"""Multipliers of mean magnitude above this scale the residuals down (s_max of Wächter & Biegler 2006, eq. 6)."""
+"""If the mean magnitude of the multipliers is larger, residuals are scaled down (s_max of Wächter & Biegler 2006,
+eq. 6)."""
 SOLVED_FACTOR = 10.0
-"""Ipopt's tolerance is on its internally scaled problem; ours is on the problem as posed."""
+"""Factor on the tolerance: Ipopt's tolerance is on its internally scaled problem, ours on the problem as posed."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Multipliers for solvers that have none, and residuals that do not depend on whether they have."""
+"""Multipliers for solvers that give none, so that residuals can be compared between all solvers."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ from sgnlp.planning.kkt import Kkt, residuals
 from sgnlp.planning.solvers.solver import Array, Multipliers, NlpInstance
 
 NEAR = 0.1
-"""Slack of a scaled variable or row above which its multiplier is estimated as 0."""
+"""Slack of a scaled variable or row above which its estimated multiplier is 0."""
 
 
 def recomputed(
@@ -16,7 +16,7 @@ def recomputed(
 ) -> tuple[Kkt, bool]:
     """The residuals at x (nx) with a solver's multipliers, or with estimated ones if it has none.
 
-    Returns them and whether they are those of the estimate. `names` are those of the variables, then of the rows.
+    Also returns whether the multipliers were estimated. `names` are those of the variables, then of the rows.
     """
     given = (nlp.x_bounds, nlp.g_bounds, names)
     if multipliers is not None:
@@ -25,9 +25,9 @@ def recomputed(
 
 
 def smallest_residuals(nlp: NlpInstance, x: Array, multipliers: Multipliers | None) -> tuple[Kkt, bool]:
-    """The same, but of the estimate wherever it gives smaller ones, so that a solver does not lose by bad multipliers.
+    """The same, or with estimated multipliers if these give smaller residuals, so that bad ones do no harm.
 
-    Any multipliers that meet the conditions prove them.
+    Any multipliers that satisfy the optimality conditions prove them.
     """
     told, ours = recomputed(nlp, x, multipliers), recomputed(nlp, x, None)
     return told if told[0].worst <= ours[0].worst else ours
@@ -38,7 +38,7 @@ def estimated(nlp: NlpInstance, x: Array) -> Multipliers:
 
     They are 0 where x is not finite, or the least squares do not end.
     """
-    from scipy.optimize import nnls  # a tenth of a second, and Ipopt has multipliers
+    from scipy.optimize import nnls  # imported here: it takes a tenth of a second, and Ipopt has multipliers
 
     gradient = np.array(nlp.functions.gradient(x, nlp.p)[1]).ravel()
     g, J = (np.array(block) for block in nlp.functions.jacobian(x, nlp.p))

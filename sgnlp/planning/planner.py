@@ -1,4 +1,4 @@
-"""A solver on the programs of a problem, in turn: from a start to the point where the last one ends."""
+"""Runs a solver on the programs of a problem in turn, from a start to the end of the last program."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -33,10 +33,10 @@ STILL_SOLVED = "solved where it began"
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """The points that a solver went through from a start, T of them, in one program after the other."""
+    """The T iterates of a solver from a start, in one program after the other."""
 
     formulation: NDArray[np.str_]  # (T,)
-    energy: Array  # (T,) smoothed, of the terms that the formulation has
+    energy: Array  # (T,) smoothed energy of the formulation's terms
     primal: Array  # (T,) largest violation of a scaled row
     dual: Array  # (T,) largest entry of the Lagrangian's gradient, as the solver scales it
     barrier: Array  # (T,) μ
@@ -46,8 +46,8 @@ class History:
 class Iterate:
     """Where a solver ended from a start, in the scaled variables of the last program.
 
-    x (nx), parameters p, and the residuals of the optimality conditions that we recomputed there; `status` is the
-    solver's word, never believed, and so is the `history`.
+    x (nx), parameters p, and the recomputed residuals of the optimality conditions. `status` and `history` are the
+    solver's own and are not trusted.
     """
 
     start: int
@@ -66,7 +66,7 @@ class Iterate:
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """One of the programs: its oracle, the functions that the solver calls, and its iterations at most."""
+    """One of the programs: its oracle, the functions that the solver calls, and the limit of its iterations."""
 
     oracle: Oracle
     functions: Functions
@@ -78,7 +78,8 @@ class Stage:
         return self.oracle.nlp
 
     def admitted(self, x: Array, instance: NlpInstance) -> Array:
-        """A point of another program as one of this (nx,), within the bounds, with the variables that this one adds."""
+        """A point of another program as a point (nx,) of this one, within the bounds, with this one's added
+        variables."""
         nlp = self.nlp
         shared = x[: len(variable_units(nlp.hand))]
         before = np.concatenate([shared, at_contact(nlp, shared, instance.p)])
@@ -87,10 +88,10 @@ class Stage:
 
 
 class Planner:
-    """A solver, given as an object or by its name (Ipopt if not at all), on one problem, in its formulation.
+    """A solver (an object, a name, or None for Ipopt) on one problem, in the problem's formulation.
 
-    `metered` may put other functions in the place of an oracle's, for instance ones that count. `phases` are those of
-    the problem if they are not given.
+    `metered` may replace an oracle's functions, for instance by ones that count calls. `phases` are by default those of
+    the problem.
     """
 
     def __init__(
@@ -110,7 +111,7 @@ class Planner:
             self.stages.append(Stage(oracle, metered(oracle), phase.iterations))
 
     def take(self, problem: Problem) -> None:
-        """Go over to another problem of the same hand, settings and structures: what was built stays."""
+        """Switch to another problem with the same hand, settings and structures; what was built is kept."""
         self.problem = problem
         for stage in self.stages:
             stage.oracle.surface.become(problem.gpis, problem.fields)
@@ -134,7 +135,7 @@ class Planner:
         return instance, stage.admitted(initial(stage.nlp, start), instance)
 
     def prepare(self, start: Start) -> None:
-        """Let the solver build what does not depend on the numbers of a start."""
+        """Let the solver build everything that does not depend on the numbers of a start."""
         for stage in self.stages:
             self.solver.prepare(self.instance(stage, start))
 
@@ -148,7 +149,8 @@ class Planner:
         return answers
 
     def solve(self, start: Start) -> Iterate:
-        """Run all, and recompute what the end is worth. Raises `SolverError` if the solver has no answer."""
+        """Run all programs, and recompute the residuals at the end. Raises `SolverError` if the solver has no
+        answer."""
         self.prepare(start)
         begin = time.perf_counter()
         answers = self.run(start)
@@ -157,9 +159,9 @@ class Planner:
         return replace(self.ended(start, answers), seconds=time.perf_counter() - begin)
 
     def resume(self, warm: WarmStart) -> Iterate:
-        """Run the last program alone from where another one like it ended, with its multipliers.
+        """Run only the last program, from the end of a similar one and with its multipliers.
 
-        Where these meet the optimality conditions of this one, too, as of an object that was only moved, it is solved.
+        If these satisfy the optimality conditions here too, as for an object that only moved, no iteration is made.
         """
         begin, last = time.perf_counter(), self.stages[-1]
         instance = replace(self.instance(last, warm.start), multipliers=warm.multipliers)
@@ -175,7 +177,7 @@ class Planner:
         return replace(self.ended(warm.start, [answer], kkt), seconds=time.perf_counter() - begin)
 
     def ended(self, start: Start, answers: Sequence[Answer], kkt: Kkt | None = None) -> Iterate:
-        """What the answers to the last programs stand for; `kkt` are the residuals of the last, if they are known."""
+        """The iterate of the answers to the programs; `kkt` are the residuals of the last one, if they are known."""
         last, answer = self.stages[-1], answers[-1]
         instance, nlp = replace(self.instance(last, start), functions=last.oracle), last.nlp
         names, limit = (*nlp.variable_names, *nlp.row_names), SOLVED_FACTOR * self.tolerance
@@ -201,7 +203,7 @@ class Planner:
 
 
 def _leg(formulation: str, answer: Answer) -> tuple[NDArray[np.str_], Array, Array, Array, Array]:
-    """The columns of `History` for one program; NaN where the solver does not tell one."""
+    """The columns of `History` for one program; NaN where the solver gives no value."""
     energy = np.array(answer.way.get("obj", ()), float)
     others = [np.array(answer.way.get(name, ()), float) for name in ("inf_pr", "inf_du", "mu")]
     primal, dual, barrier = (o if len(o) == len(energy) else np.full(len(energy), nan) for o in others)

@@ -32,10 +32,10 @@ from sgnlp.program.compiled import program
 T = TypeVar("T")
 
 CONSTS.sleep_unit = 0.01
-"""Seconds between two looks of a pool at its processes. With pebble's 0.1 ending a pool takes as long as a start."""
+"""Polling interval of a pool [s]. With pebble's default of 0.1 s, ending a pool would take as long as a start."""
 
 TOO_LATE = "not done by the deadline"
-"""Why a start has no solution that was being solved, or still waited, when a plan's deadline passed."""
+"""Reason for a start without a solution if it was running or waiting when the plan's deadline passed."""
 Given = tuple[Problem, Solver | str | None]
 
 _given: Given | None = None
@@ -43,7 +43,7 @@ _given: Given | None = None
 
 @dataclass(frozen=True)
 class Failure:
-    """A start that gave no solution, and why."""
+    """A start without a solution, and the reason."""
 
     start: int
     reason: str
@@ -78,9 +78,9 @@ def map_starts(
 ) -> Generator[T | Failure, None, None]:
     """Apply a task to every start in `jobs` processes, yielding results as they come.
 
-    `timeout` [s] is a start's limit; one that overruns it, or whose process dies, is a `Failure`, and so is one that
-    has not ended when `time.perf_counter()` reaches `until` [s]. Leaving the iteration early, by an exception too, ends
-    every process. Without semaphores one start is solved at a time.
+    A start is a `Failure` if it takes longer than `timeout` [s], if its process dies, or if it has not ended when
+    `time.perf_counter()` reaches `until` [s]. Leaving the iteration early, also by an exception, ends every process.
+    Without semaphores one start is solved at a time.
     """
     for phase in problem.phases:  # before the fork, so that workers inherit it
         program(problem.hand, problem.structure(phase.formulation), problem.settings.solver.compiled)
@@ -116,7 +116,7 @@ def _result(future: Any, start: Start, timeout: float | None) -> Any:
         return _stopped(start, timeout)
     except ProcessExpired as error:
         return _expired(start, error.exitcode)
-    except Exception as error:  # whatever went wrong in a worker is that start's failure, not the plan's
+    except Exception as error:  # any error in a worker is a failure of that start, not of the plan
         return _failed(start, error)
 
 
@@ -129,7 +129,7 @@ def _expired(start: Start, code: int | None) -> Failure:
 
 
 def _failed(start: Start, error: Exception) -> Failure:
-    line = (str(error).strip().splitlines() or [""])[-1]  # CasADi ends with the cause
+    line = (str(error).strip().splitlines() or [""])[-1]  # CasADi's messages end with the cause
     return Failure(start.index, line if isinstance(error, SgnlpError) else f"{type(error).__name__}: {line}")
 
 
@@ -167,7 +167,7 @@ def _send(pipe: Connection, task: Callable[[Planner, Start], T], given: Given, s
 
 
 def _initialise(problem: Problem, solver: Solver | str | None) -> None:
-    """Ready a worker: interrupts are the parent's business, and one process is one thread."""
+    """Prepare a worker: the parent handles interrupts, and each process uses one thread."""
     global _given
     die_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -178,7 +178,7 @@ def _initialise(problem: Problem, solver: Solver | str | None) -> None:
 
 @lru_cache(maxsize=1)
 def _planner() -> Planner:
-    """Made with the first task and not on the worker's start, so that an error is the task's."""
+    """The planner of this worker, made with the first task, so that an error belongs to the task."""
     assert _given is not None
     return Planner(*_given)
 

@@ -32,13 +32,13 @@ from sgnlp.surface.training import training_set
 Array = NDArray[np.float64]
 
 Known = tuple[Gpis, Array]
-"""A surface, and the centre of mass (3,) [m] that it has."""
+"""A surface, and the object's centre of mass (3,) [m]."""
 LEAST_C = 0.1
-"""Least c of a finger that has its own: at 0 a finger touches at its target and presses with nothing."""
+"""Least c of a finger that has its own: at 0 a finger touches at its target and does not press."""
 UNSEEN = 0.02
-"""The object is taken to end within this of the box of its points [m]: most of what no camera saw does."""
+"""The object is assumed to end within this distance of the box of its points [m], as most unseen parts do."""
 MAX_TURN = 1.8
-"""Bound of each angular coordinate of the wrist's tangent [rad]: the cube inside the ball |ω| < π."""
+"""Bound of each angular coordinate of the wrist's tangent [rad], for a cube inside the ball |ω| < π."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Problem:
     settings: Settings
     box: Array
     table_height: float
-    com: Array  # (3,) [m], centre of mass as the surface has it
+    com: Array  # (3,) [m], centre of mass, estimated from the surface
     terms: tuple[Term, ...]
     constraints: tuple[Constraint, ...]
     formulation: Formulation
@@ -63,12 +63,12 @@ class Problem:
 
     @property
     def around(self) -> Around:
-        """Which surroundings its programs know."""
+        """The kinds of surroundings in its programs."""
         return self.surroundings.around(self.settings, self.hand.arm is not None)
 
     @cached_property
     def fields(self) -> Fields:
-        """The distances to them."""
+        """The distance fields of the surroundings."""
         return self.surroundings.fields(self.thing, self.table_height)
 
     @property
@@ -138,7 +138,7 @@ class Problem:
     def variable_bounds(self, nlp: Nlp, joints: Array) -> tuple[Array, Array]:
         """Bounds (nx,) of the scaled variables for the seed `joints` (n)."""
         limits, m = self.settings.limits, len(self.hand.fingers)
-        side = self.gpis.radius / np.sqrt(3)  # of the cube inside the surface model's ball
+        side = self.gpis.radius / np.sqrt(3)  # half the edge of the cube inside the surface model's ball
         wrist = np.repeat([limits.wrist_travel, MAX_TURN], 3)
         gains = self.gain_bounds()
         targets = np.tile(self.gpis.centre, m)
@@ -153,7 +153,7 @@ class Problem:
         )
 
     def _contact_bounds(self, nlp: Nlp) -> tuple[Array, Array]:
-        """Bounds of the variables of the hand at first contact, as far as it is planned, and of an arm."""
+        """Bounds of the variables of the hand at first contact, if it is planned, and of an arm."""
         at, hand, freedom = nlp.structure.at_contact, nlp.hand, self.settings.closing.c_freedom
         c, m = self.settings.contact.c, len(hand.fingers)
         fingers = np.tile([[max(c - freedom, LEAST_C)], [min(c + freedom, 1.0)]], m if at.c else 0)
@@ -195,9 +195,9 @@ def build_problem(
     surroundings: Surroundings = NOWHERE,
     known: Known | None = None,
 ) -> Problem:
-    """Fit the surface of an observation, unless it is known, and put together the problem of grasping it.
+    """Fit the surface of an observation, unless it is known, and build the problem of grasping it.
 
-    What the observation itself has seen around the object is put into shapes and added to these surroundings.
+    Obstacles that the observation itself has seen become shapes and are added to the surroundings.
     """
     hand = load_hand(hand, settings.spheres) if isinstance(hand, str) else hand
     box = np.stack([observation.points.min(axis=0), observation.points.max(axis=0)])
@@ -228,7 +228,7 @@ def _known(observation: Observation, settings: Settings, seed: int, additions: A
 
 
 def _with_reserve(settings: Settings) -> Settings:
-    """Less of the gaps that make up for a surface that knows free space: one of the cloud alone has them in itself."""
+    """Settings with smaller gaps, for a surface without free space: it bulges outwards, which is a gap in itself."""
     reserve = settings.free_space.reserve if settings.free_space.used else 0.0
     gap, margin = (max(x - reserve, 0.0) for x in (settings.limits.place_error, settings.closing.margin))
     limits, closing = replace(settings.limits, place_error=gap), replace(settings.closing, margin=margin)
@@ -236,7 +236,7 @@ def _with_reserve(settings: Settings) -> Settings:
 
 
 def _centre_of_mass(gpis: Gpis, box: Array, table: float) -> Array:
-    """Centroid (3,) [m] of the surface's inside near the points' `box` (2, 3); its middle if free space is not known.
+    """Centroid (3,) [m] of the surface's inside near the points' `box` (2, 3); the box's middle without free space.
 
     On the tuning half it is 3 to 6 mm off the true one, seen from above, and the middle of the box 5 to 9 mm.
     """

@@ -1,4 +1,4 @@
-"""Which starts an arm can begin from: inverse kinematics from several postures, those clear of obstacles first."""
+"""The starts that an arm can reach: inverse kinematics from several postures, preferring those clear of obstacles."""
 
 from dataclasses import replace
 from itertools import islice
@@ -15,20 +15,20 @@ from sgnlp.planning.starts import Start, starts
 from sgnlp.program.carried import near_spheres
 
 TRIES = 8
-"""Postures from which inverse kinematics is begun: a Panda has up to eight families of solutions."""
+"""Number of postures from which inverse kinematics begins: a Panda has up to eight families of solutions."""
 NEAR = np.array([0.08, 0.6])
-"""A start that is missed by no more than this [m], [rad] begins where the arm comes nearest: the program moves it
-farther than that anyway."""
+"""If the arm misses a start by no more than this [m], [rad], it begins where it comes nearest: the program moves the
+wrist farther than that anyway."""
 OUT_OF_REACH = "out of the arm's reach"
-"""Why such a start gives no grasp."""
+"""Reason for a start without a grasp."""
 CANDIDATES = 6
-"""Times as many wrists as starts are asked for are tried at most."""
+"""At most this many wrist poses are tried for each start that is asked for."""
 
 
 def reachable(problem: Problem, count: int, seed: int) -> tuple[list[Start], list[int]]:
-    """The first `count` starts that the arm can begin from, and the indices of those before them that it cannot.
+    """The first `count` starts that the arm can reach, and the indices of those before them that it cannot.
 
-    Of a hand on a free wrist these are the first `count` starts.
+    Without an arm these are the first `count` starts.
     """
     if problem.hand.arm is None:
         return starts(problem, count, seed), []
@@ -46,7 +46,7 @@ def reachable(problem: Problem, count: int, seed: int) -> tuple[list[Start], lis
 
 
 def _begin(problem: Problem, arm: Arm, wrist: Array, seed: int) -> Array | None:
-    """The arm's joints (a,) at, or near, a wrist pose (7,): of all that are found, the most free of obstacles."""
+    """The arm's joints (a,) at or near a wrist pose (7,): of all solutions found, the one with the most clearance."""
     candidates = reach_all(arm, wrist, seed, TRIES)
     if not candidates:
         q, error = reach(arm, wrist, arm.home)
@@ -55,7 +55,7 @@ def _begin(problem: Problem, arm: Arm, wrist: Array, seed: int) -> Array | None:
 
 
 def _room(problem: Problem, arm: Arm, q: Array) -> float:
-    """The least clearance [m] of the arm from what stands around, from the table and from the object."""
+    """The least clearance [m] of the arm from obstacles, from the table and from the object."""
     free = arm.free_spheres
     radii = np.array([arm.spheres[i].radius for i in free])
     return float((problem.fields.arm.distance(arm_spheres(arm, q)[free]) - radii).min())
@@ -68,9 +68,9 @@ def _on_arm(problem: Problem, start: Start, arm: Array) -> Start:
 
 
 def within_reach(problem: Problem, poses: int, seed: int) -> bool:
-    """Whether the arm comes to one of so many wrist poses about the object, clear of all around, with the palm too.
+    """Whether the arm reaches one of `poses` wrist poses around the object, with arm and palm clear of everything.
 
-    The poses are starts turned about the object. A hand on a free wrist only has to be clear of obstacles.
+    The poses are starts turned about the object. Without an arm only the palm has to be clear of obstacles.
     """
     hand, arm = problem.hand, problem.hand.arm
     palm = near_spheres(hand)

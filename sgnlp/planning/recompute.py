@@ -1,6 +1,6 @@
 """The grasp of a solution recomputed in NumPy: Pinocchio's kinematics, the Cholesky posterior and an SVD.
 
-Nothing here shares code with the expressions that the solver saw, and nothing is smoothed.
+It shares no code with the expressions that the solver saw, and smooths nothing.
 """
 
 from types import SimpleNamespace
@@ -22,7 +22,10 @@ Array = NDArray[np.float64]
 
 
 def equilibrium(p: Array, o: Array, k: Array, mass: float, com: Array) -> tuple[Array, Array, float]:
-    """R (3, 3), t (3) [m] and stiffness ρ [N m] of contacts p (m, 3), targets o (m, 3), gains k (m), by an SVD."""
+    """R (3, 3), t (3) [m] and stiffness ρ [N m] at equilibrium, by an SVD; inputs as in `sgnlp.program.equilibrium`.
+
+    Contacts p (m, 3) [m], targets o (m, 3) [m], gains k (m) [N/m], mass [kg], centre of mass com (3) [m].
+    """
     p_mean, o_mean = k @ p / k.sum(), k @ o / k.sum()
     load = np.array([0.0, 0.0, mass * GRAVITY])
     B = (k[:, None] * (o - o_mean)).T @ (p - p_mean) - np.outer(load, com - p_mean)
@@ -42,7 +45,7 @@ def recompute(problem: Problem, at: Posture) -> tuple[Grasp, Array]:
     origins, root = link_origins(hand, wrist, joints), pin.XYZQUATToSE3(np.asarray(wrist, float))
     o, k, K = at.targets, at.gains, contact.samples
     p = o + at.c[:, None] * (a - o)
-    touching, tips, spheres = joints, p, s  # at first contact, where it is not planned
+    touching, tips, spheres = joints, p, s  # at first contact, if it is not planned
     if problem.settings.closing.planned and at.joints_contact is not None:
         touching = at.joints_contact
         tips, spheres = frames(hand, wrist, touching)
@@ -88,7 +91,7 @@ def recompute(problem: Problem, at: Posture) -> tuple[Grasp, Array]:
 
 
 def _obstacle_distances(problem: Problem, rotation: Array, spheres: Array, spheres_contact: Array) -> Array:
-    """Exact distances ((3 + A) S,) [m] of the spheres from what stands around, at the postures of `program.around`."""
+    """Exact distances ((3 + A) S,) [m] of the spheres from obstacles, at the postures of `program.around`."""
     around, motion, fields = problem.around, problem.settings.motion, problem.fields
     if not around.obstacles:
         return np.zeros(0)

@@ -1,4 +1,4 @@
-"""A result's problem posed again: its cloud read from its source, its surface fitted as it was."""
+"""Rebuilds the problem of a saved result: reads its cloud from the source, and fits the same surface."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,7 +18,7 @@ from sgnlp.planning.surroundings import Surroundings
 
 
 def settings(meta: dict[str, Any]) -> Settings:
-    """The settings that a result was planned with; raises `InputError` if they are those of another version."""
+    """The settings of a result; raises `InputError` if another version of sgnlp wrote them."""
     try:
         return Settings.restored(meta["settings"])
     except TypeError as error:
@@ -26,17 +26,17 @@ def settings(meta: dict[str, Any]) -> Settings:
 
 
 def reading(meta: dict[str, Any]) -> Reading:
-    """How the cloud of a result was read."""
+    """The options with which a result's cloud was read."""
     return Reading.restored(meta.get("reading") or {})
 
 
 def source(grasps: Grasps, folder: Path, file: Path | None = None) -> Path:
-    """The file that the result in a folder was solved from, or `file` in its place.
+    """The file that the result in a folder was solved from, or `file` instead.
 
-    A relative name is looked for in the folder where `sgnlp solve` was called, in the present one, and in those above
-    the result, to which it may have been moved together with the result.
+    A relative path is tried in the folder where `sgnlp solve` was called, in the current one, and in those above the
+    result, since both may have been moved together.
 
-    Raises `InputError` if it is nowhere.
+    Raises `InputError` if it is in none of them.
     """
     if file is not None:
         named, tried = file, [file]
@@ -52,7 +52,7 @@ def source(grasps: Grasps, folder: Path, file: Path | None = None) -> Path:
 
 
 def observation(grasps: Grasps, folder: Path, file: Path | None = None) -> Observation:
-    """The cloud that the result in a folder was solved from, from its source or from `file`.
+    """The cloud of the result in a folder, read from its source or from `file`.
 
     Raises:
         InputError: the file is missing, or it is not the cloud that was solved.
@@ -82,7 +82,7 @@ def problem(grasps: Grasps, cloud: Observation, hand: Hand) -> Problem:
 
 
 def additions(meta: Mapping[str, Any]) -> Additions:
-    """What the file of an extension added; raises `InputError` if it is not there, or is another now."""
+    """The additions from the result's extension; raises `InputError` if its file is missing or has changed."""
     told = meta.get("extension")
     if not told:
         return NOTHING
@@ -93,7 +93,7 @@ def additions(meta: Mapping[str, Any]) -> Additions:
 
 
 def robot(meta: Mapping[str, Any], hand: str | None = None) -> Hand:
-    """The hand of a result, on its arm if it had one; `hand` is its folder, if it is elsewhere now."""
+    """The hand of a result, on its arm if it had one; `hand` is the hand's folder, if it has moved."""
     arm = meta.get("arm") or {}
     return load_hand(hand or meta["hand"], meta["settings"]["spheres"], arm.get("name"), arm.get("base", ()))
 
@@ -103,10 +103,10 @@ class Reopened(Planned):
 
 
 def reopen(folder: Path, file: Path | None = None, hand: str | None = None) -> Reopened:
-    """A result with its problem; `file` and `hand` are the cloud's and the hand's folder, if they are elsewhere now.
+    """A result with its problem; `file` is the cloud and `hand` the hand's folder, if they have moved.
 
     Raises:
-        InputError: there is no such result or hand.
+        InputError: the result or the hand does not exist.
     """
     grasps = load_grasps(folder)
     found = robot(grasps.meta, hand)

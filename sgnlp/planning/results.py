@@ -1,7 +1,7 @@
 """Result folders: grasps, summary, histories of the starts, rows; written whole or not at all, and read again.
 
-The files of a folder are written beside their places first and moved there when all are written: a full disk changes
-nothing. The summary is moved last and repeats what `grasps.npz` says of itself, so that a kill between is noticed.
+The files of a folder are first written under temporary names and then renamed together, so a full disk changes nothing.
+The summary is renamed last and repeats the `meta` of `grasps.npz`, so that an interruption between them is noticed.
 """
 
 import csv
@@ -28,17 +28,17 @@ GRASPS = "grasps.npz"
 SUMMARY = "summary.json"
 HISTORY = "history.npz"
 MOTION = ("trajectory.npz", "trajectory.json", "trajectory.yaml", "grasp.yaml", "pregrasp.yaml")
-"""The files of the motion of the best grasp, if one is feasible."""
+"""The files with the motion of the best grasp, if one is feasible."""
 RUN = ("object", "input_digest", "settings", "seed", "starts", "tried", "seconds")
-"""What tells one run from another: its input, and the wall times to the last digit."""
+"""Keys that identify a run: its input, and its wall times to the last digit."""
 NAMED = 3
-"""Differences that are named where rows of other settings are refused."""
+"""Largest number of differences that are named if rows of other settings are refused."""
 
 
 def writable(folder: Path) -> None:
-    """Raise unless results can be written to a folder, which need not exist. Leaves nothing behind.
+    """Raise unless results can be written to a folder, which need not exist. It leaves no files behind.
 
-    Raises `InputError` if it is no folder, or may not be written; `MachineError` if the disk is full.
+    Raises `InputError` if it is not a folder, or cannot be written; `MachineError` if the disk is full.
     """
     try:
         existing = next(path for path in (folder, *folder.parents) if path.exists())
@@ -55,7 +55,7 @@ def save(
     histories: dict[str, Any] | None = None,
     motion: Mapping[str, bytes] | None = None,
 ) -> None:
-    """Write the files of a result, all or none; those of an older one do not stay behind. Raises as `write_files`."""
+    """Write the files of a result, all or none, and delete those of an older one. Raises as `write_files`."""
     arrays = {f.name: getattr(grasps, f.name) for f in fields(Grasps) if f.name != "meta"}
     arrays["meta"] = np.array(json.dumps(grasps.meta, sort_keys=True))
     ways = npz(histories) if histories else None
@@ -67,7 +67,7 @@ def load_summary(folder: Path, grasps: Grasps) -> dict[str, Any]:
     """The summary of the grasps in a folder.
 
     Raises:
-        InputError: it is missing, damaged, or that of other grasps.
+        InputError: the summary is missing, damaged, or belongs to other grasps.
     """
     file = folder / SUMMARY
     try:
@@ -85,7 +85,7 @@ def load_grasps(path: str | Path) -> Grasps:
     """Read the grasps of a result folder, or of its `grasps.npz`.
 
     Raises:
-        InputError: there is no such file, or it is not one that `save` wrote.
+        InputError: the file does not exist, or was not written by `save`.
     """
     file = Path(path)
     file = file / GRASPS if file.is_dir() else file
@@ -173,9 +173,9 @@ def finite(value: Any) -> Any:
 
 
 def resumed(file: Path, made: dict[str, Any]) -> dict[str, Any]:
-    """`made`, with the commits of the rows that a folder holds already where its `made.json` tells of others.
+    """`made`, together with the other commits that made the folder's existing rows, by its `made.json`.
 
-    Raises `InputError` if it tells of another study, whose rows must not be mixed with these.
+    Raises `InputError` if that file belongs to another study, whose rows must not be mixed with these.
     """
     if not file.is_file():
         return made
@@ -199,7 +199,7 @@ def resumed(file: Path, made: dict[str, Any]) -> dict[str, Any]:
 
 
 def _changes(before: dict[str, Any], now: dict[str, Any], group: str = "") -> list[str]:
-    """What differs between two nested mappings, as `solver.tolerance was 1e-06, is 0.001`."""
+    """The differences of two nested mappings, such as `solver.tolerance was 1e-06, is 0.001`."""
     found = []
     for name in dict.fromkeys((*before, *now)):
         old, new = before.get(name), now.get(name)
@@ -216,7 +216,7 @@ def write_bytes(target: Path, content: bytes) -> None:
 
 
 def write_files(folder: Path, contents: Mapping[str, bytes | None]) -> None:
-    """Write files of a folder and of those below it, which are made, all or none; one without content is deleted.
+    """Write files into a folder and its subfolders, all or none; a file without content is deleted.
 
     Raises:
         InputError: the folder or one of them cannot be written.
@@ -238,7 +238,7 @@ def write_files(folder: Path, contents: Mapping[str, bytes | None]) -> None:
 
 @contextmanager
 def _staged(folder: Path) -> Iterator[Callable[[str, bytes | None], None]]:
-    """Temporary files beside their places, which are moved there at the end, in order; none is left by an error."""
+    """Temporary files that are renamed to their final names at the end, in order; an error leaves none."""
     staged: dict[str, Path | None] = {}
 
     def stage(name: str, content: bytes | None) -> None:
@@ -265,7 +265,7 @@ def _staged(folder: Path) -> Iterator[Callable[[str, bytes | None], None]]:
 
 @contextmanager
 def _made(folder: Path) -> Iterator[None]:
-    """A folder that is made with those above it, and taken away again by an error."""
+    """Make a folder and its parents, and remove them again after an error."""
     new = [path for path in (folder, *folder.parents) if not path.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -284,11 +284,11 @@ def _unwritten(what: str, error: OSError) -> InputError | MachineError:
 
 def npz(arrays: dict[str, Any]) -> bytes:
     """The bytes of a compressed npz; the same arrays give the same."""
-    archive = io.BytesIO()  # never closed by an interrupt while the archive is open, unlike a file
+    archive = io.BytesIO()  # unlike a file, an interrupt cannot close it while the archive is open
     np.savez_compressed(archive, **arrays)
     return archive.getvalue()
 
 
 def encoded(text: str) -> bytes:
-    """UTF-8; a byte of a file's name that was not is itself again."""
+    """UTF-8, with bytes of file names that are not UTF-8 restored."""
     return text.encode("utf-8", "surrogateescape")

@@ -1,7 +1,7 @@
-"""The planner that goes on from a warm start, kept from one problem to the next of a stream of clouds.
+"""The planner for warm starts, kept from one problem of a stream of clouds to the next.
 
-Oracle and solver depend on hand, structure and settings alone, and building them takes as long as some iterations. So a
-thread keeps the last planner, one at most, and its surface becomes that of the next problem. The bits are the same.
+Oracle and solver depend only on hand, structure and settings, and building them takes as long as some iterations. So
+each thread keeps its last planner, and replaces its surface by that of the next problem. The bits are the same.
 """
 
 import threading
@@ -15,7 +15,7 @@ _kept = threading.local()
 
 
 def resuming(problem: Problem, solver: Solver) -> Planner:
-    """A planner with the last program of a problem alone, valid until this thread asks for the next one."""
+    """A planner with only the last program of a problem, valid until this thread asks for the next one."""
     known: Planner | None = getattr(_kept, "planner", None)
     if known is not None and _suits(known, problem, solver):
         known.take(problem)
@@ -25,7 +25,7 @@ def resuming(problem: Problem, solver: Solver) -> Planner:
 
 
 def _suits(known: Planner, problem: Problem, solver: Solver) -> bool:
-    """Whether a planner differs from that of a problem in the numbers of the problem alone."""
+    """Whether a planner differs from that of a problem only in the problem's numbers."""
     before, phase, (stage,) = known.problem, problem.phases[-1], known.stages
     return (
         before.hand is problem.hand

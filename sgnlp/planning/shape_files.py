@@ -6,8 +6,8 @@
     - {half_space: {normal: [1, 0, 0]}, position: [-0.3, 0, 0]}
     - {points: painted.npz, radius: 0.006}
 
-Metres and degrees in the frame of the world; a box and a cylinder are turned by intrinsic XYZ angles. `points` is an
-npz with an array `points` (M, 3) beside the file: a ball around each of them, which is how a part of a cloud is marked.
+Metres and degrees in the world frame; boxes and cylinders are turned by intrinsic XYZ angles. `points` is an npz beside
+the YAML file with an array `points` (M, 3). Each point becomes a ball, which marks a part of a cloud.
 """
 
 from collections.abc import Callable
@@ -24,11 +24,15 @@ from sgnlp.hand.yaml_nodes import any_mapping, mapping, numbers, positive, seque
 from sgnlp.perception.shape import Shape
 
 MOST_POINTS = 5000
-"""Marked points at most: each is a shape of its own."""
+"""Largest number of marked points: each is a shape of its own."""
 
 
 def load_shapes(file: str | Path) -> tuple[Shape, ...]:
-    """The shapes of a file; raises `InputError`, one line that begins with the file's name."""
+    """The shapes in a YAML file, in metres in the world frame.
+
+    Raises:
+        InputError: the file cannot be read or has a mistake; the message is one line that begins with its name.
+    """
     path = Path(file)
     try:
         return tuple(shape for i, node in enumerate(_entries(path), 1) for shape in _shapes(node, f"shape {i}", path))
@@ -37,7 +41,11 @@ def load_shapes(file: str | Path) -> tuple[Shape, ...]:
 
 
 def painted(points: Array, radius: float, name: str = "marked points") -> tuple[Shape, ...]:
-    """Balls of a radius [m] around points (M, 3) [m], such as those of a cloud that are marked."""
+    """Balls of this radius [m] around points (M, 3) [m] in the world frame, such as the marked points of a cloud.
+
+    Raises:
+        InputError: the points are none, too many or not finite, or the radius is not positive.
+    """
     P = np.asarray(points, float)
     if P.ndim != 2 or P.shape[1] != 3 or not 0 < len(P) <= MOST_POINTS or not np.isfinite(P).all():
         raise InputError(f"'{name}' must be 1 to {MOST_POINTS} finite points (M, 3), not {P.shape}")
@@ -119,4 +127,4 @@ KINDS: dict[str, tuple[Reader, tuple[str, ...]]] = {
     "half_space": (_half_space, ("position",)),
     "points": (_points, ("radius",)),
 }
-"""How each kind of shape is read, and the keys that it may have beside its own and `name`."""
+"""The reader of each kind of shape, and the keys that it may have besides its own and `name`."""

@@ -49,7 +49,7 @@ class Solution:
     joints_contact: Array  # (n,) [rad] at first contact: planned, or by inverse kinematics from the pregrasp
     joints_squeeze: Array  # (n,) [rad] for joints under position control: they press with the torques at equilibrium
     clearances_contact: Array  # (S - m,) [m] of every sphere but the pads from the object, at joints_contact
-    c: Array  # (m,) share of the way from target to pregrasp tip at which each finger touches
+    c: Array  # (m,) c: each finger touches at this share of the way from its target to its pregrasp tip
     grasp: Grasp
     translation_eq: Array  # (3,) [m]
     contact_points: Array  # (m, 3) [m], p_i - r n_i
@@ -63,13 +63,13 @@ class Solution:
     iterations: int
     seconds: float
     history: History
-    violations: tuple[Violation, ...]  # rows of the solver's last program that are not met, worst first
-    hand: Hand | None = None  # that of the plan
-    closing: Closing = field(default_factory=Closing)  # how it is to be carried out
-    motion: Motion = field(default_factory=Motion)  # how it gets there and up
-    obstacles: tuple[Shape, ...] = ()  # what it was planned to stay clear of, given and seen
+    violations: tuple[Violation, ...]  # violated rows of the solver's last program, worst first
+    hand: Hand | None = None  # the hand of the plan
+    closing: Closing = field(default_factory=Closing)  # how the hand closes
+    motion: Motion = field(default_factory=Motion)  # approach and lift
+    obstacles: tuple[Shape, ...] = ()  # obstacles of the plan, given and seen
     arm: Array | None = None  # (3, a) [rad], of an arm at the pregrasp, at the stand-off and lifted
-    ended: WarmStart | None = None  # where the solver ended, in the planning frame
+    ended: WarmStart | None = None  # the solver's end, in the planning frame
     confidence: float = nan  # probability that it holds at the load of the plan; NaN: unknown
 
     @property
@@ -83,7 +83,7 @@ class Solution:
 
     @property
     def worst_margin(self) -> float:
-        """Smallest contact margin over fingers and states."""
+        """Smallest contact margin over fingers, at first contact and at equilibrium."""
         return float(min(self.margins_initial.min(), self.margins_equilibrium.min()))
 
     @property
@@ -93,7 +93,7 @@ class Solution:
 
 
 def solution(problem: Problem, start: Start, iterate: Iterate, nlp: Nlp) -> Solution:
-    """The solution that an iterate stands for, the end of a program `nlp`."""
+    """The solution of an iterate, the end of a program `nlp`."""
     seed, c = (start.wrist, start.joints), problem.settings.contact.c
     at = posture(problem.hand, nlp.structure.at_contact, seed, iterate.x, c)
     g, t = recompute(problem, at)
@@ -135,7 +135,7 @@ def solution(problem: Problem, start: Start, iterate: Iterate, nlp: Nlp) -> Solu
 
 
 def _closed(problem: Problem, at: Posture, g: Grasp) -> tuple[Array, Array]:
-    """The joints (n,) at first contact and those of the squeeze, w + Jᵀf/κ: κ is the stiffness of a joint."""
+    """The joints w (n,) at first contact, and the squeeze setpoints w + Jᵀf/κ with the stiffness κ of a joint."""
     hand, closing = problem.hand, problem.settings.closing
     touching, torques = g.joints_contact, g.torques_eq if problem.settings.contact.metric == "spring" else g.torques
     if not closing.planned:
@@ -157,7 +157,7 @@ def _checked(problem: Problem, constraint: Constraint, g: Grasp) -> Check | None
 
 
 def _always(problem: Problem, g: Grasp) -> Iterator[Check]:
-    """The checks that are no constraints, but bounds of the variables and what makes an equilibrium one."""
+    """The checks that are not constraints: bounds of the variables, and stability of the equilibrium."""
     hand, inf = problem.hand, float("inf")
     postures = np.stack([g.joints, g.joints_contact])
     room = np.minimum(postures - hand.lower, hand.upper - postures).min(axis=0)
@@ -175,7 +175,7 @@ def _always(problem: Problem, g: Grasp) -> Iterator[Check]:
 
 
 def _arm(problem: Problem, arm: Arm, g: Grasp) -> Iterator[Check]:
-    """The arm's joint limits, and its effort for its own weight, the hand's and the object's, on the way up."""
+    """Checks of the arm's joint limits, and of its effort under its own, the hand's and the object's weight."""
     ways = {"pregrasp": g.arm.joints, "standoff": g.arm.standoff, "lift": g.arm.lift}
     room = {place: np.minimum(q - arm.lower, arm.upper - q) for place, q in ways.items()}
     place, joint = min(((p, int(r.argmin())) for p, r in room.items()), key=lambda at: room[at[0]][at[1]])
@@ -195,7 +195,7 @@ def _arm(problem: Problem, arm: Arm, g: Grasp) -> Iterator[Check]:
 
 
 def _way(problem: Problem, g: Grasp) -> Check:
-    """Links clear of the object and the table at postures between the pregrasp and first contact."""
+    """The check of links against object and table at postures between the pregrasp and first contact."""
     hand, links = problem.hand, [i for i in range(len(g.radii)) if i not in problem.hand.tip_spheres]
     wrist = np.asarray(pin.SE3ToXYZQUAT(pin.SE3(g.wrist_rotation, g.wrist_position)))
     way = closing_way(hand, wrist, g.joints, g.joints_contact, problem.settings.closing.samples)[:, links]
@@ -213,9 +213,9 @@ def torque_share(g: Grasp, metric: str) -> float:
 
 
 def rank(solutions: list[Solution], key: str) -> list[Solution]:
-    """Feasible first, then best first by `key`, one of `Settings.rank_by`; ties by start.
+    """Sort feasible solutions first, then best first by `key`, one of `Settings.rank_by`; ties by start.
 
-    Where confidences are unknown or the same, the margin ranks.
+    If confidences are unknown or equal, the margin decides.
     """
     value = {
         "margin": lambda s: -s.worst_margin,

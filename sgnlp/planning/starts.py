@@ -1,4 +1,4 @@
-"""Initial guesses: the wrist starts of the hand's file around the cloud, then seeded turns of them."""
+"""Initial guesses: the wrist starts of the hand's file around the cloud, then randomly turned copies of them."""
 
 from dataclasses import dataclass
 
@@ -34,9 +34,10 @@ class Start:
 
 
 def starts(problem: Problem, count: int, seed: int) -> list[Start]:
-    """The first `count` starts: those of the hand's file, then as many seeded ones as are asked for.
+    """The first `count` starts: those of the hand's file, then seeded ones.
 
-    A seeded start is one of the file's, turned about the vertical through the middle of the cloud's box.
+    A seeded start is one of the file's, turned by a random angle about the vertical through the middle of the cloud's
+    box.
     """
     centre, extents = problem.box.mean(axis=0), problem.box[1] - problem.box[0]
     file = [w.pose(centre, extents) for w in problem.hand.wrist_starts]
@@ -55,7 +56,7 @@ def initial(nlp: Nlp, start: Start) -> Array:
 
 
 def at_contact(nlp: Nlp, x: Array, p: Array) -> Array:
-    """Where the variables of the hand at first contact begin, for those of every program x and the parameters p.
+    """Initial values of the variables of the hand at first contact, from the common variables x and the parameters p.
 
     Each finger begins with the c of the settings, its joints where inverse kinematics brings the tips to the contacts,
     and an arm where it brings the hand to the wrist, to the stand-off and up.

@@ -1,4 +1,4 @@
-"""What stands around the object, and where on it fingers are to touch: given by the user, or seen by the camera."""
+"""Obstacles around the object, and regions of its surface to touch or avoid: given by the user, or seen by cameras."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -17,23 +17,23 @@ from sgnlp.perception.shape import FAR, Shape
 from sgnlp.program.around import Around, Fields, fields
 
 MOST_INSIDE = 0.05
-"""Share of the object's points in an obstacle that is no accident: noise puts a few into what touches it."""
+"""Largest share of the object's points in an obstacle: noise puts a few points into an obstacle that touches it."""
 NEAR = 0.02
-"""[m] A region to touch has measured points so near: the side that no camera saw is no farther."""
+"""[m] A region to touch has measured points within this distance: unseen sides are no farther away."""
 
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """Obstacles that hand and arm stay clear of, and regions of the surface that fingers stay off, or are to touch."""
+    """Obstacles for hand and arm, and regions of the surface that fingers must avoid or touch."""
 
     obstacles: tuple[Shape, ...] = ()
     avoid: tuple[Shape, ...] = ()
     touch: tuple[Shape, ...] = ()
 
     def check(self, observation: Observation) -> None:
-        """Raise `InputError` for shapes that cannot be meant so: an obstacle where the object is, or 10 m away.
+        """Raise `InputError` for implausible shapes: an obstacle in the object, or one 10 m away.
 
-        So for regions that leave nothing to touch.
+        The same for regions that leave nothing to touch.
         """
         told = {kind: [(s.name, s.distance(observation.points)) for s in shapes] for kind, shapes in self.kinds()}
         for name, distances in chain(*told.values()):
@@ -51,16 +51,16 @@ class Surroundings:
                 raise InputError(f"--{flag} leaves nothing of the object to touch; {said}")
 
     def and_seen(self, observation: Observation) -> "Surroundings":
-        """These, and what the observation has seen around its object."""
+        """These, and the obstacles that the observation has seen around its object."""
         return replace(self, obstacles=(*self.obstacles, *seen_shapes(observation)))
 
     def around(self, settings: Settings, carried: bool = False) -> Around:
-        """Which of the surroundings programs have to know, and whether an arm carries the hand."""
+        """The kinds of surroundings that programs include, and whether an arm carries the hand."""
         some = bool(self.obstacles)
         return Around(some, settings.motion.samples if some else 0, bool(self.avoid), bool(self.touch), carried)
 
     def fields(self, thing: Shape, table: float) -> Fields:
-        """The distances to them, over a table at this height [m]; `thing` is a box around the object."""
+        """The distance fields, with a table at this height [m]; `thing` is a box around the object."""
         return fields(self.obstacles, self.avoid, self.touch, thing, table)
 
     def moved(self, by: Array) -> "Surroundings":
@@ -68,17 +68,17 @@ class Surroundings:
         return Surroundings(*(tuple(shape.moved(by) for shape in shapes) for _, shapes in self.kinds()))
 
     def words(self) -> str:
-        """What the hand is kept clear of, and where fingers may touch, in a sentence for each; "" if in nothing."""
+        """Sentences that name the obstacles and the regions that fingers avoid or touch; "" if there are none."""
         told = {"obstacles": "The hand stays clear of", "avoid": "No finger touches", "touch": "Fingers touch within"}
         return " ".join(f"{told[kind]} {_listed(shapes)}." for kind, shapes in self.kinds() if shapes)
 
     def plain(self) -> dict[str, list[dict[str, Any]]]:
-        """The shapes as JSON has them."""
+        """The shapes as plain values for JSON."""
         return {kind: [_plain(shape) for shape in shapes] for kind, shapes in self.kinds()}
 
     @classmethod
     def restored(cls, plain: Mapping[str, Any]) -> "Surroundings":
-        """Those of `plain`; results of before had none."""
+        """The surroundings from `plain`; older results have none."""
         return cls(**{kind: tuple(_shape(told) for told in plain.get(kind, ())) for kind, _ in NOWHERE.kinds()})
 
     def kinds(self) -> Iterator[tuple[str, tuple[Shape, ...]]]:
@@ -87,7 +87,7 @@ class Surroundings:
 
 
 def _listed(shapes: tuple[Shape, ...]) -> str:
-    """The names of shapes, with their number where several have one."""
+    """The names of shapes, with a count if several have the same name."""
     counts = Counter(shape.name for shape in shapes)
     return ", ".join(f"{name} ({count} shapes)" if count > 1 else name for name, count in counts.items())
 

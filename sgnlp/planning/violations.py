@@ -1,4 +1,4 @@
-"""Which rows of a nonlinear program are not met, by name and in physical units."""
+"""The violated rows of a nonlinear program, by name and in physical units."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Violation:
-    """A row that has a `value` beyond its `limit`, both in `unit`; `size` is how far in the scale of the row."""
+    """A row with a `value` beyond its `limit`, both in `unit`; `size` is the violation in the scale of the row."""
 
     name: str
     value: float
@@ -27,7 +27,7 @@ def violations(
 ) -> tuple[Violation, ...]:
     """The rows that are more than `tolerance` outside their scaled bounds (ng,) at x (nx,), the worst first.
 
-    `rows` gives g (ng,) at x; those of an elastic program are taken without slacks.
+    `rows` gives g (ng,) at x; in an elastic program they are taken without slacks.
     """
     g = rows(nlp.structure.formulation.strict(nlp, x))
     owners = [c for c, size in zip(nlp.constraints, nlp.row_sizes, strict=True) for _ in range(size)]

@@ -1,4 +1,4 @@
-"""Where a solver ended, as the beginning of a program that is a little different."""
+"""The end of a solver as the start of a slightly different program."""
 
 from dataclasses import dataclass, replace
 
@@ -13,22 +13,22 @@ from sgnlp.program.variables import UNITS
 from sgnlp.surface.registration import PlanarMotion
 
 VECTORS = ("tip", "axis")
-"""What constraints go over whose rows are vectors in the world: first all along x, then y, then z."""
+"""Entities of constraints whose rows are vectors in the world frame: all x components, then y, then z."""
 
 
 @dataclass(frozen=True, eq=False)
 class WarmStart:
-    """The start that a solver began with, its last x (nx,) about that start's pose, and its multipliers."""
+    """The start of a solver, its last x (nx,) relative to that start's pose, and its multipliers."""
 
     start: Start
     x: Array
     multipliers: Multipliers | None
 
     def moved(self, nlp: Nlp, motion: PlanarMotion) -> "WarmStart":
-        """The same grasp of an object that has moved, and the hand with it, in the program that it ended in.
+        """The same grasp after object and hand have moved together, in the same program.
 
-        The wrist's tangent stands in the wrist's own frame, so that of all x the targets alone are others, and of the
-        multipliers those of rows that are vectors in the world. An arm begins where it was.
+        The wrist's tangent is in the wrist's own frame. So only the targets in x change, and the multipliers of rows
+        that are vectors in the world. An arm begins where it was.
         """
         n, m, unit = len(nlp.hand.joint_names), len(nlp.hand.fingers), UNITS["target"]
         targets, x = slice(6 + n, 6 + n + 3 * m), self.x.copy()

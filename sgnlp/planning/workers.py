@@ -1,11 +1,11 @@
-"""Worker processes that live across items: loky's on this machine, or dask's. What kills one costs one item at most.
+"""Worker processes that serve many items: loky's on this machine, or dask's. A crash costs at most one item.
 
-* loky breaks its whole pool when a process dies. The items that were running, at most one a worker, are tried again at
-  the end, one at a time; one with which the pool dies again is to blame. joblib's `Parallel` would end everything
-  instead, hence its executor and not `Parallel`.
+* loky breaks its whole pool when a process dies. The items that were running, at most one for each worker, are tried
+  again at the end, one at a time; an item with which the pool dies again has failed. joblib's `Parallel` would end
+  everything instead, so its executor is used.
 * dask gives the items of a dead worker to another, up to the scheduler's `allowed-failures` (3) times. Then joblib's
   dask backend would end everything; a client's own futures fail one by one.
-* With dask's scheduler go the items that it had. They wait for one at the same address, and are submitted again.
+* If dask's scheduler dies, its items are lost. They wait for a scheduler at the same address, and are submitted again.
 """
 
 import logging
@@ -32,21 +32,21 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 CONNECTING = 10.0
-"""How long a scheduler is waited for [s]."""
+"""Longest wait for a scheduler [s]."""
 RETURNING = 300.0
-"""How long one that has gone is waited for [s]: to start a scheduler and its workers again, by hand too."""
+"""Longest wait for a scheduler that has died [s]: enough to start it and its workers again by hand."""
 
 FEEDER, FEEDING = "QueueFeederThread", 1.0
-"""The thread, a daemon, of a queue that is closed, and how long it is waited for [s]. An interpreter that ends while it
-gives back the queue's semaphore leaves a warning of what leaked."""
+"""Name of the daemon thread of a closed queue, and the longest wait for it [s]. If the interpreter ended while it
+returns the queue's semaphore, a warning of a leak would be printed."""
 
 
 class Workers:
-    """Processes that functions are submitted to: `jobs` of this machine, or those of a dask scheduler.
+    """Processes that run submitted functions: `jobs` on this machine, or those of a dask scheduler.
 
     The workers of a cluster read the files themselves and should have one thread each. At most `window` items should
-    be submitted at a time: one a process, so that what ran when one died is known; dask's scheduler knows by itself.
-    On a machine without semaphores there is this process alone.
+    be submitted at a time: one for each process, so that it is known which items ran when one died. dask's scheduler
+    knows that itself. On a machine without semaphores this process does the work alone.
 
     Raises `InputError` if there is no scheduler at the address, or `distributed` is not installed.
     """
@@ -59,10 +59,10 @@ class Workers:
         self._executor: Any = None
 
     def submit(self, function: Callable[[Item], Result], item: Item) -> "Future[Result]":
-        """The result to come of a function. After `BrokenExecutor` it begins anew with `close`."""
+        """The future of a function's result. After `BrokenExecutor`, `close` makes it usable again."""
         if self._alone:
             return _done(function, item)
-        resource_tracker.ensure_running()  # which, when it starts, lets Ctrl-C through again
+        resource_tracker.ensure_running()  # loky's resource tracker unblocks Ctrl-C when it starts
         with _uninterrupted():
             if self._executor is None and self._client:
                 self._executor = self._client.get_executor(pure=False)
@@ -72,10 +72,10 @@ class Workers:
             return self._executor.submit(function, item)
 
     def regain(self) -> None:
-        """Wait for a scheduler at the address of the one that has gone. It knows nothing of what was submitted.
+        """Wait for a new scheduler at the address of the one that died. It does not know the submitted items.
 
         Raises:
-            MachineError: there is none for `RETURNING`.
+            MachineError: none comes within `RETURNING`.
         """
         assert self._scheduler is not None
         self.close()
@@ -91,7 +91,8 @@ class Workers:
                 time.sleep(1.0)
 
     def close(self) -> None:
-        """End the processes of this machine and their children at once; of a cluster, what has not begun."""
+        """End the processes on this machine and their children at once; on a cluster, cancel items that have not
+        begun."""
         if self._executor is not None:
             feeders = [thread for thread in threading.enumerate() if thread.name == FEEDER]
             self._executor.shutdown(**{"wait": False} if self._client else {"kill_workers": True})
@@ -103,7 +104,7 @@ class Workers:
 
 
 def _done(function: Callable[[Item], Result], item: Item) -> "Future[Result]":
-    """The result of a function that has run in this process."""
+    """A finished future of a function that runs in this process."""
     future: Future[Result] = Future()
     try:
         future.set_result(function(item))
@@ -116,7 +117,7 @@ def _client(scheduler: str) -> Any:
     try:
         with _uninterrupted():
             distributed = import_module("distributed")
-            logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # what it tells of, we handle
+            logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # we handle what it reports
             return distributed.Client(scheduler, timeout=CONNECTING, set_as_default=False)
     except ImportError:
         raise InputError("the dask backend needs the package distributed: pip install 'sgnlp[dask]'") from None
@@ -127,21 +128,21 @@ def _client(scheduler: str) -> Any:
 def each(
     function: Callable[[Item], Result], items: Iterable[Item], workers: Workers
 ) -> Iterator[tuple[Item, Result | str]]:
-    """Apply a function to every item, yielding its result, or the reason why there is none, as they come.
+    """Apply a function to every item, and yield each result, or the reason for its failure, as they come.
 
-    When the processes break, the items then running are tried again at the end, one at a time; an item with which
-    they break a second time has failed. When the scheduler of a cluster goes, its items wait for the next one.
+    If the pool breaks, the items then running are tried again at the end, one at a time; an item with which it breaks
+    a second time has failed. If the scheduler of a cluster dies, its items wait for the next one.
 
     Raises:
-        MachineError: it does not come back.
+        MachineError: the scheduler does not come back.
     """
     waiting, suspects, flying = deque(items), deque[Item](), dict[Future[Result], Item]()
-    trial = False  # whether the one item that is flying is a suspect
+    trial = False  # whether the only running item is a suspect
 
     def fly(item: Item) -> None:
         try:
             flying[workers.submit(function, item)] = item
-        except BrokenExecutor:  # an idle process died: no item's fault
+        except BrokenExecutor:  # an idle process died, which is no item's fault
             workers.close()
             flying[workers.submit(function, item)] = item
 
@@ -166,7 +167,7 @@ def each(
                 waiting.extend((item, *flying.values()))
                 flying.clear()
                 break
-            except Exception as error:  # whatever it is, it is this object's, not the batch's
+            except Exception as error:  # any error is this object's, not the batch's
                 yield item, _reason(error)
             trial = False
 
@@ -181,10 +182,10 @@ _alone = threading.Lock()
 
 @contextmanager
 def one_at_a_time() -> Iterator[None]:
-    """What a process of any backend needs to solve an object.
+    """Prepare a process of any backend to solve an object.
 
-    One object at a time, for CasADi is not thread-safe; one thread of BLAS; and leave to fork, which
-    multiprocessing withholds from the daemons that dask's nannies start.
+    One object at a time, since CasADi is not thread-safe; one BLAS thread; and permission to fork, which
+    multiprocessing denies to the daemons that dask's nannies start.
     """
     multiprocessing.current_process().daemon = False
     with _alone, threadpool_limits(1):
@@ -193,7 +194,7 @@ def one_at_a_time() -> Iterator[None]:
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Keep Ctrl-C waiting; processes and threads that are started meanwhile inherit this and never hear of it."""
+    """Block Ctrl-C; processes and threads that are started meanwhile inherit this and never receive it."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

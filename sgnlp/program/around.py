@@ -1,13 +1,13 @@
-"""What stands around the object, as the program sees it: distances at points of the hand, as jets like the surface's.
+"""The surroundings of the object in the program: distances at points of the hand, as jets like the surface's.
 
 Points, in their order, with S spheres of the hand, A postures of the approach, A' free spheres of the arm, m fingers:
 
     pregrasp s (S), first contact w (S), approach s - (j/A) l R a (A S), lift w + h e_z (S)     if there are obstacles
     free spheres of the arm, at the pregrasp, at the stand-off and lifted (3 A')             if the hand is on an arm
-    feet of the contacts (m)                                              if there are regions to stay off, or to touch
+    feet of the contacts (m)                                                     if there are regions to avoid or touch
 
-a is the direction that the palm looks in, l the stand-off, h the lift. Jets are numbers to the program, so that one
-compiled program serves every scene, whatever and however much stands in it.
+a is the direction that the palm faces, l the stand-off, h the lift. The program gets the jets as numbers, so that one
+compiled program serves every scene, with any number of obstacles.
 """
 
 from collections.abc import Sequence
@@ -17,25 +17,25 @@ from sgnlp.perception.shape import Shape
 from sgnlp.surface.shape_field import ShapeField
 
 POSTURES = 3
-"""Postures beside those of the approach: pregrasp, first contact, lift."""
+"""Number of postures besides those of the approach: pregrasp, first contact, lift."""
 
 
 @dataclass(frozen=True)
 class Around:
-    """Which of the surroundings a program knows."""
+    """The kinds of surroundings in a program."""
 
     obstacles: bool = False
-    approach: int = 0  # A, postures of the approach, where there are obstacles
+    approach: int = 0  # A, postures of the approach; 0 without obstacles
     avoid: bool = False
     touch: bool = False
     carried: bool = False  # whether an arm carries the hand
 
     def points(self, spheres: int) -> int:
-        """The number of points of the hand that follow from the variables alone, for so many spheres."""
+        """The number of points that follow from the variables alone, for this number of spheres."""
         return spheres * (POSTURES + self.approach) if self.obstacles else 0
 
     def regions(self, fingers: int) -> int:
-        """The number of feet that are asked for."""
+        """The number of feet whose distances are needed."""
         return fingers * (self.avoid + self.touch)
 
 
@@ -45,10 +45,10 @@ ALONE = Around()
 
 @dataclass(frozen=True, eq=False)
 class Fields:
-    """The distances to what stands around the object.
+    """The distance fields of the surroundings.
 
-    `near` has the obstacles, `way` the table too: along the approach and the lift the table is one of them. `arm` has
-    these and the box of the object.
+    `near` has the obstacles. `way` has the table too, which counts as an obstacle on approach and lift. `arm` also has
+    the box of the object.
     """
 
     near: ShapeField = field(default_factory=lambda: ShapeField(()))

@@ -1,4 +1,4 @@
-"""The constraints of what stands around the object, and of an arm that carries the hand."""
+"""The constraints of obstacles and regions, and of an arm that carries the hand."""
 
 from math import inf, log
 from typing import Any
@@ -90,11 +90,11 @@ AROUND: tuple[Constraint, ...] = (
         about="turn of the arm's joints to the stand-off, and up: it keeps its elbow",
     ),
 )
-"""Without their bounds, in the order of the rows of g."""
+"""These constraints without their bounds, in the order of the rows of g."""
 
 
 def around_bounds(s: Settings, around: Around) -> dict[str, tuple[float, float]]:
-    """Those of what stands around the object, as far as it is known."""
+    """The bounds of these constraints, for the kinds of surroundings in the program."""
     bounds: dict[str, tuple[float, float]] = {}
     if around.obstacles:
         clear = s.limits.obstacle_margin, inf

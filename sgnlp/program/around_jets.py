@@ -1,4 +1,4 @@
-"""The jets of what stands around, in the order of `sgnlp.program.around`, at the points that were asked for last."""
+"""The jets of the surroundings, in the order of `sgnlp.program.around`, at the last points."""
 
 import numpy as np
 
@@ -25,6 +25,6 @@ class AroundJets:
         self._parts = [(shape_jets(field, compiled), where, jets) for field, where, jets in parts if len(jets)]
 
     def update(self, points: Array, feet: Array, complete: bool) -> None:
-        """Take them at points (P, 3) and feet (m, 3) [m]; derivatives are 0 unless they are asked for by `complete`."""
+        """Evaluate them at points (P, 3) and feet (m, 3) [m]; derivatives are 0 unless `complete`."""
         for field, where, jets in self._parts:
             field.into(jets, feet if where is None else points[where], complete)

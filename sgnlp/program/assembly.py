@@ -1,7 +1,7 @@
-"""A grasp put together from its parts, in one way for CasADi and NumPy.
+"""Assembles a grasp from its parts, by the same lines for CasADi and NumPy.
 
-The parts are what the two compute independently of each other: kinematics, surface and equilibrium. What follows from
-them by a line of algebra is written here once.
+CasADi and NumPy compute the parts independently: kinematics, surface and equilibrium. What follows from them by simple
+algebra is written here once.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -48,7 +48,8 @@ class Parts:
     target_means: Any  # (m,) [m]
     sphere_distances: Any  # (S,) [m], metric distance of the spheres' centres
     link_distances_contact: Any  # (S - m,) [m], the same of every sphere but the pads, at first contact
-    obstacle_distances: Any  # ((3 + A) S,) [m] of the centres at the points of `around`, none without obstacles
+    # ((3 + A) S,) [m], distances of the centres at the points of `around`; empty without obstacles
+    obstacle_distances: Any
     avoid_distances: Any  # (m,) [m]
     touch_distances: Any  # (m,) [m]
 
@@ -66,7 +67,7 @@ class Arrays(Protocol):
 
 @dataclass(frozen=True)
 class Symbolic:
-    """Those of CasADi; `lift` is that of `sgnlp.program.lifting`."""
+    """The operations in CasADi; `lift` is that of `sgnlp.program.lifting`."""
 
     lift: Callable[[str, ca.SX], ca.SX]
 
@@ -124,7 +125,7 @@ class Numeric:
 
 
 def assemble(parts: Parts, hand: Hand, given: SimpleNamespace, samples: int, density: str, xp: Arrays) -> Grasp:
-    """The grasp of parts. `given` has the numbers of the problem, those of `Problem.numbers`, as numbers or symbols."""
+    """The grasp from its parts. `given` has the entries of `Problem.numbers`, as numbers or symbols."""
     m = len(hand.fingers)
     p, p_eq, R = parts.contacts, parts.contacts_eq, parts.rotation
     centre, weight = xp.rows(given.com, m), given.mass * GRAVITY
@@ -176,7 +177,7 @@ def assemble(parts: Parts, hand: Hand, given: SimpleNamespace, samples: int, den
 
 
 def _clearances(parts: Parts, hand: Hand, given: SimpleNamespace, samples: int, xp: Arrays) -> dict[str, Any]:
-    """The fields that are distances to the object, to the table, among the links and inside the surface's ball."""
+    """The fields with distances to the object, to the table, between links, and inside the surface's ball."""
     a, s, w, m = parts.tips, parts.spheres, parts.spheres_contact, len(hand.fingers)
     radii, tip_radii = np.array([sphere.radius for sphere in hand.spheres]), hand.tip_radii
     pads, links = given.pad * tip_radii, [i for i in range(len(radii)) if i not in hand.tip_spheres]

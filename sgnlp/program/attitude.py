@@ -1,8 +1,8 @@
-"""The rotation to the equilibrium with exact derivatives that are short.
+"""The rotation to the equilibrium with short exact derivatives.
 
-With R the closed form's (`equilibrium`), S = R Bᵀ is symmetric: V(S) = 0, V(A) the axial vector of A - Aᵀ. Of the same
-condition on E(θ) R (B + δB)ᵀ, E the exponential to second order, and with K = tr S I - S, two steps of Newton's method
-with a fixed K make θ as a function of δB, exact to second order:
+With R from the closed form (`equilibrium`), S = R Bᵀ is symmetric: V(S) = 0, where V(A) is the axial vector of A - Aᵀ.
+The same condition holds for E(θ) R (B + δB)ᵀ, where E is the exponential to second order. Two steps of Newton's method
+with fixed K = tr S I - S give θ as a function of δB, exact to second order:
 
     θ₁ = -K⁻¹ V(R δBᵀ),     θ = θ₁ - K⁻¹ V(Θ₁ R δBᵀ + ½ Θ₁² S),     Θ₁ = [θ₁]×
 """
@@ -32,7 +32,7 @@ def attitude(B: ca.SX, lifting: Lifting) -> tuple[ca.SX, ca.SX]:
 def stiffness(R: ca.SX, B: ca.SX, lifting: Lifting, value: ca.SX | None = None) -> ca.SX:
     """ρ [N m] of a rotation R (3, 3), the equilibrium of B (3, 3), both lifted.
 
-    It has a value of its own, or the one that is given, which must be the same.
+    Its value is computed, or given as `value`, which must be the same.
     """
     S = R @ B.T
     S = lifting.lift("wahba", ca.vertcat(*ca.tril((S + S.T) / 2).nonzeros()))

@@ -2,9 +2,10 @@
 
     FK(q) = (R, p),   FK(q_s) = (R, p - l R a),   FK(q_l) = (R, p + h e_z)
 
-(R, p) is the wrist, the pose of the hand's root link, a the direction that the palm looks in, l the stand-off, h the
-lift. The joints are variables beside the wrist's coordinates, and these are rows: so nothing of the grasp becomes a
-longer expression for the arm. The arm stands still while the fingers close: its pregrasp is its first contact.
+(R, p) is the wrist pose, that of the hand's root link, a the direction that the palm faces, l the stand-off, h the
+lift. The arm's joints are variables besides the wrist's coordinates, and these equations are rows. So the arm makes no
+expression of the grasp longer. The arm stands still while the fingers close: its posture at first contact is that of
+the pregrasp.
 """
 
 from dataclasses import dataclass
@@ -25,54 +26,56 @@ from sgnlp.program.lifting import Lifting
 from sgnlp.program.motion import Link, Motion
 
 UNIT = 0.2
-"""[rad] of the scaled variables: the arm then moves the hand by 10 cm."""
+"""[rad] unit of the scaled variables: it moves the hand by about 10 cm."""
 LEVER = 0.1
-"""[m] A turn of the hand's root link by 1 rad counts as this much of its place: that of a fingertip on its finger."""
+"""[m] A turn of the hand's root link by 1 rad counts as this distance, about that of a fingertip from it."""
 POSTURES = 3
-"""At the pregrasp, at the stand-off, and when the object is lifted."""
+"""The arm's postures: at the pregrasp, at the stand-off, and with the object lifted."""
 BETWEEN = 2
-"""Fewest joints between a link and the flange for the hand to come near the link."""
+"""Fewest joints between a link and the flange with which the hand can come near the link."""
 
 
 @dataclass(frozen=True)
 class Carried:
-    """An arm of a joints with A spheres that can come down to the table, F of them far enough for the hand."""
+    """An arm with a joints and A spheres that can reach the table, F of which the hand can touch."""
 
     joints: Any  # (a,) [rad] at the pregrasp and at first contact
     standoff: Any  # (a,) [rad]
     lift: Any  # (a,) [rad]
     home: Any  # (a,) [rad]
-    clearances: Any  # (3 A,) [m] from obstacles, table and object, posture by posture
+    clearances: Any  # (3 A,) [m] clearance from obstacles, table and object, posture by posture
     pair_clearances: Any  # (P,) [m] between the arm's own spheres
-    hand_clearances: Any  # (H F,) [m] between the far ones and, one after the other, the spheres of the palm
-    wrist_error: Any  # (6,) [m] place and turn of the flange's hand at the pregrasp, off the wrist
-    standoff_error: Any  # (6,) [m] place and turn at the stand-off, off the straight way
+    hand_clearances: Any  # (H F,) [m] between the far spheres and each of the palm's spheres in turn
+    # (6,) [m] error in position and rotation of the hand on the flange at the pregrasp, against the wrist
+    wrist_error: Any
+    standoff_error: Any  # (6,) [m] the same at the stand-off, against the straight way
     lift_error: Any  # (6,) [m]
     dexterity: Any  # () log of the manipulability over that at home
 
 
 def far_spheres(arm: Arm) -> list[int]:
-    """Indices of the F free spheres on links with joints enough between them and the hand."""
+    """Indices of the F free spheres on links that the hand can touch."""
     most = len(arm.joint_names) - BETWEEN
     links = [arm.model.getFrameId(s.link, pin.FrameType.BODY) for s in arm.spheres]
     return [i for i in arm.free_spheres if len(coordinates(arm.model, links[i])) <= most]
 
 
 def near_spheres(hand: Hand) -> list[int]:
-    """Indices of the H spheres of a hand that stand for it where it may meet its own arm: those of the palm."""
+    """Indices of the H spheres of the palm, which represent the hand in the check against its own arm."""
     return [i for i, s in enumerate(hand.spheres) if s.link == hand.root]
 
 
 class ArmModel:
-    """The symbolic arm of a hand on one, for variables x that begin with its own, in rad.
+    """The symbolic arm of a hand, for variables x that begin with the arm's, in rad.
 
-    `spheres` (3 A, 3) [m] are the free ones, posture by posture.
+    `spheres` (3 A, 3) [m] are the free spheres, posture by posture.
     """
 
     def __init__(self, hand: Hand, lifting: Lifting, par: SimpleNamespace, frames: Frames, root: Link, x: ca.SX):
         assert hand.arm is not None
         self._arm, self._hand, self._lifting = hand.arm, hand, lifting
-        self._base = quaternion_matrix(par.base[3:]), par.base[:3]  # a parameter: no scene needs its own program
+        # a parameter, so that no scene needs its own program
+        self._base = quaternion_matrix(par.base[3:]), par.base[:3]
         self._joints = ca.vertsplit(x[: POSTURES * len(hand.arm.joint_names)], len(hand.arm.joint_names))
         self._wrist, self._root = frames, root
         self._centre = lifting.lift("wrist", frames.position, root.shift)
@@ -84,7 +87,7 @@ class ArmModel:
         self.spheres = ca.vertcat(*[place.spheres[hand.arm.free_spheres, :] for place in self._places])
 
     def state(self, par: SimpleNamespace, distances: ca.SX) -> Carried:
-        """The arm, with the distances (3 A,) [m] of its spheres to what stands around."""
+        """The arm, with the distances (3 A,) [m] of its spheres from the surroundings."""
         arm, s = self._arm, self._places[0].spheres
         radii = np.array([sphere.radius for sphere in arm.spheres])
         first, second = [i for i, _ in arm.pairs], [j for _, j in arm.pairs]
@@ -125,7 +128,8 @@ class ArmModel:
         return log_manipulability(self._arm, self._joints[0], self._hand.kinematics) - home
 
     def _error(self, place: "_Placed", goal: ca.SX) -> ca.SX:
-        """Place and turn (6,) [m] off the wrist turned alike at a goal: of a small turn θ the latter is LEVER θ."""
+        """Error (6,) [m] in position against a goal and in rotation against the wrist; a small turn θ counts LEVER
+        θ."""
         off = place.frames.rotation @ self._wrist.rotation.T
         held = self._lifting.constant("off", off)
         turned = (held + place.motion.of(self._arm.flange).swing(held)).T
@@ -136,7 +140,7 @@ class ArmModel:
 
 @dataclass(frozen=True)
 class _Placed:
-    """An arm somewhere: its spheres (S, 3) and the place (3,) of the hand's root link, lifted."""
+    """An arm in a posture: its spheres (S, 3) and the position (3,) of the hand's root link, lifted quantities."""
 
     frames: ArmFrames
     motion: Motion

@@ -1,9 +1,9 @@
-"""C code of a CasADi SX function, cut into pieces that a compiler digests in linear time and memory.
+"""C code of a CasADi SX function, cut into pieces that a compiler handles in linear time and memory.
 
-CasADi writes one C function for each `Function`, and over 10⁵ lines of it a compiler needs minutes and gigabytes. Here
-the instructions become pieces of `PIECE` lines, and numbers that outlive their piece go through a work vector. The C
-files follow the interface of `casadi.external`. The operations are those of CasADi's virtual machine in its order, so
-that without contraction of products and sums both give the same bits.
+CasADi writes one C function for each `Function`. For more than 10⁵ lines a compiler then needs minutes and gigabytes.
+Here the instructions become pieces of `PIECE` lines, and values needed in later pieces go through a work vector. The C
+files follow the interface of `casadi.external`. The operations and their order are those of CasADi's virtual machine,
+so without contraction of products and sums both give the same bits.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 PIECE = 500
-"""Instructions in a piece: a few tenths of a second and 100 MB of the compiler."""
+"""Instructions in a piece: the compiler needs a few tenths of a second and 100 MB for it."""
 PIECES_IN_A_FILE = 10
 
 UNARY = {
@@ -57,7 +57,7 @@ def sources(function: ca.Function) -> dict[str, str]:
 
 
 def _instructions(function: ca.Function) -> list[_Instruction]:
-    """The instructions, their operands named by the instruction that made them instead of by work slots."""
+    """The instructions; operands refer to the instruction that computed them instead of to work slots."""
     home: dict[int, int] = {}  # work slot → the instruction whose value it holds
     code = []
     for k in range(function.n_instructions()):
@@ -83,7 +83,7 @@ def _number(value: float) -> str:
 def _pieces(code: Sequence[_Instruction]) -> tuple[list[str], int]:
     """Bodies of the pieces and the length of the work vector."""
     last = {d: k // PIECE for k, instruction in enumerate(code) for d in instruction.reads}  # piece of the last reader
-    slot: dict[int, int] = {}  # instruction → its place in the work vector, while it is needed
+    slot: dict[int, int] = {}  # instruction → its index in the work vector, while it is needed
     free: list[int] = []
     bodies, slots = [], 0
     for start in range(0, len(code), PIECE):
@@ -118,7 +118,7 @@ def _lines(code: Sequence[_Instruction], start: int, stop: int, slot: dict[int, 
 
 
 def _interface(function: ca.Function, pieces: int, slots: int) -> str:
-    """The functions that `casadi.external` asks for."""
+    """The functions that `casadi.external` requires."""
     name, n_in, n_out = function.name(), function.n_in(), function.n_out()
     ins = [(function.name_in(i), function.sparsity_in(i)) for i in range(n_in)]
     outs = [(function.name_out(i), function.sparsity_out(i)) for i in range(n_out)]

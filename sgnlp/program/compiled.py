@@ -1,8 +1,8 @@
-"""The functions of a nonlinear program compiled, once for every object, and kept in the user's cache.
+"""The compiled functions of a nonlinear program, which serve every object and are kept in the user's cache.
 
-The key is known before anything symbolic is built: the sources that make it, the hand's files, the structure, CasADi,
-the compiler, its flags and the processor. So a warm start builds no graph at all. Compiled and interpreted functions
-give the same bits (`sgnlp.program.codegen`); a result does not depend on which of them ran.
+The key is known before anything symbolic is built: the package's sources, the hand's files, the structure, CasADi, the
+compiler, its flags and the processor. So a warm start builds no graph at all. Compiled and interpreted functions give
+the same bits (`sgnlp.program.codegen`); a result does not depend on which of them ran.
 """
 
 import hashlib
@@ -27,20 +27,20 @@ from sgnlp.program.nlp import FUNCTIONS, KEPT, Nlp, build, frame
 from sgnlp.program.structure import Structure
 
 FLAGS = ("-Og", "-ffp-contract=off")
-"""-O1 compiles half as long again and gains nothing, and without optimising they run three times as long. Contraction
-would change the bits."""
+"""Flags of the compiler: -O1 compiles half as long again and gains nothing; without optimisation the functions run
+three times as long. Contraction would change the bits."""
 
 LEVEL = 1
-"""Of zlib, for functions in the cache: a seventh of the size. 6 gives a ninth of it, for twice the time."""
+"""Level of zlib for functions in the cache: a seventh of the size. Level 6 gives a ninth, in twice the time."""
 
 ROOMS = ("base", "perception", "surface", "hand", "program")
-"""The rooms that the functions of a program are made of: a change in one of them asks for a new build."""
+"""The rooms whose sources define the functions of a program: a change in one of them requires a new build."""
 
 
 def program(hand: Hand, structure: Structure, compiled: bool = True) -> Nlp:
-    """The program of a hand and structure: compiled if it is wanted and in the cache, else in CasADi's machine.
+    """The program of a hand and structure: compiled if that is wanted and in the cache, else interpreted by CasADi.
 
-    All three ways give the same bits.
+    Both give the same bits.
     """
     if structure.inner != structure:
         return structure.formulation.wrap(program(hand, structure.inner, compiled))
@@ -49,7 +49,7 @@ def program(hand: Hand, structure: Structure, compiled: bool = True) -> Nlp:
 
 @lru_cache(maxsize=KEPT)
 def load(hand: Hand, structure: Structure) -> Nlp | None:
-    """The compiled program from the cache; None if it is not there, is damaged or cannot be loaded."""
+    """The compiled program from the cache; None if it is missing, damaged or cannot be loaded."""
     hand, library = structure.of(hand), path(hand, structure)
     if library is None:
         return None
@@ -66,7 +66,7 @@ def load(hand: Hand, structure: Structure) -> Nlp | None:
 
 @lru_cache(maxsize=KEPT)
 def interpreted(hand: Hand, structure: Structure) -> Nlp:
-    """The program in CasADi's machine: its functions as the package carries or the cache keeps them, else built."""
+    """The interpreted program: its functions come from the package, else from the cache, else they are built."""
     for content in _contents(hand, structure):
         if found := serialised.read(content):
             return Nlp(**frame(structure.of(hand), structure, found[0]), **found[1])
@@ -74,11 +74,12 @@ def interpreted(hand: Hand, structure: Structure) -> Nlp:
 
 
 def keep(hand: Hand, structure: Structure) -> None:
-    """Put the functions of a program into the cache, unless they are to be had: reading takes a third of building.
+    """Put the functions of a program into the cache, unless package or cache have them: reading takes a third of
+    building.
 
     Raises:
         SolverError: the cache cannot be written.
-        MachineError: there is no room for it.
+        MachineError: the disk is full.
     """
     kept = _kept(hand, structure)
     if kept is not None and not any(True for _ in _contents(hand, structure)):
@@ -86,9 +87,9 @@ def keep(hand: Hand, structure: Structure) -> None:
 
 
 def file_name(hand: Hand, structure: Structure) -> str | None:
-    """The name of the file in which the package carries the functions of a program.
+    """The name of the package's file with the functions of a program; None as in `path`.
 
-    It tells by what they were made, as `path` does, but for CasADi: it reads what older versions have written.
+    It is a digest of the same inputs as in `path`, except CasADi's version: CasADi reads files of its older versions.
     """
     key = _key(hand, structure)
     digest = key and hashlib.sha256("\0".join(key).encode() + _package()).hexdigest()[:16]
@@ -96,7 +97,7 @@ def file_name(hand: Hand, structure: Structure) -> str | None:
 
 
 def _contents(hand: Hand, structure: Structure) -> Iterator[bytes]:
-    """What may be the functions of a program, serialised."""
+    """Candidates for the serialised functions of a program: from the package, then from the cache."""
     name, kept = file_name(hand, structure), _kept(hand, structure)
     with suppress(zlib.error, lzma.LZMAError, OSError):
         if name and (carried := beside(name)) is not None:
@@ -109,15 +110,15 @@ def _contents(hand: Hand, structure: Structure) -> Iterator[bytes]:
 def compile_program(
     hand: Hand, structure: Structure, jobs: int = 1, progress: Callable[[int, int], None] = lambda done, total: None
 ) -> Path:
-    """Compile a program into the cache, unless it is there, and return its library. It notes the sizes of its rows.
+    """Compile a program into the cache, unless it is there, and return its library, with the sizes of its rows as a
+    note.
 
-    One process builds and others that want the same wait for it. What a build that was broken off has done is not done
-    again.
+    One process builds, and others that need the same library wait. An interrupted build is resumed.
 
     Raises:
-        SolverError: there is no compiler, it fails, the cache cannot be written, or a part of the program has no
-            source that is known (`Structure.key`).
-        MachineError: there is no room for it.
+        SolverError: there is no compiler, it fails, the cache cannot be written, or the source of a part of the program
+            is not known (`Structure.key`).
+        MachineError: the disk is full.
     """
     library = path(hand, structure)
     if library is None:
@@ -130,36 +131,36 @@ def compile_program(
 
     toolchain.once(library, make)
     if (kept := _kept(hand, structure)) is not None:
-        kept.unlink(missing_ok=True)  # which the library makes superfluous
+        kept.unlink(missing_ok=True)  # the library replaces it
     load.cache_clear()
     return library
 
 
 def built(library: Path) -> bool:
-    """Whether a library is in the cache, as it was built."""
+    """Whether an undamaged library is in the cache."""
     return toolchain.note_of(library) is not None
 
 
 def share(library: Path) -> float:
-    """The share of a library's files that are compiled, by builds that were broken off too."""
+    """The share of a library's files that are compiled, also by interrupted builds."""
     return 1.0 if built(library) else workshop.done(library)
 
 
 def instructions(nlp: Nlp) -> int:
-    """How many instructions there are to compile."""
+    """Number of instructions to compile."""
     functions = (getattr(nlp, name) for name in FUNCTIONS)
     return sum(f.n_instructions() for f in functions if f.is_a("SXFunction"))
 
 
 def can_compile() -> bool:
-    """Whether a compiler that works is found, and a cache for what it makes."""
+    """Whether there is a working compiler and a usable cache."""
     return not (toolchain.cache_fault() or C.fault())
 
 
 def path(hand: Hand, structure: Structure) -> Path | None:
-    """Where the compiled program of a hand and structure lies, whether it is there or not.
+    """The path of the compiled program of a hand and structure, whether or not it exists.
 
-    None if a part of it has no source that is known: it could have changed unnoticed.
+    None if the source of a part of it is not known: it could have changed unnoticed.
     """
     parts = _key(hand, structure)
     if parts is None:
@@ -169,13 +170,13 @@ def path(hand: Hand, structure: Structure) -> Path | None:
 
 
 def _key(hand: Hand, structure: Structure) -> tuple[str, ...] | None:
-    """What the functions of a program depend on beside the package; None as in `path`."""
+    """What the functions of a program depend on besides the package; None as in `path`."""
     of, key = structure.of(hand), structure.inner.key
     return None if key is None else (of.digest, key, identity(of.kinematics, *of.models))
 
 
 def _kept(hand: Hand, structure: Structure) -> Path | None:
-    """Where the functions of a program lie that are not compiled, as `path`."""
+    """The path of a program's serialised functions in the cache, as `path`."""
     library = path(hand, structure)
     return library and library.with_suffix(".casadi")
 
@@ -184,7 +185,7 @@ def _sources(name: str, made: Callable[[], Nlp]) -> dict[str, str]:
     function = getattr(made(), name)
     if function.is_a("SXFunction"):
         return codegen.sources(function)
-    generator = ca.CodeGenerator(f"{name}.c")  # the mapped jets: short
+    generator = ca.CodeGenerator(f"{name}.c")  # the mapped jets, which are short
     generator.add(function)
     return {f"{name}.c": generator.dump()}
 

@@ -1,4 +1,4 @@
-"""What a constraint is: rows with bounds, and the check that a finished grasp meets them."""
+"""A constraint: rows with bounds, and the check that a finished grasp satisfies them."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ from sgnlp.program.ops import Exact, Ops
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-3
-"""Tolerance of a constraint that states none, in its scale: 0.01 mm, 1 mN, a margin of 0.001."""
+"""Tolerance of a constraint without its own, over its scale: 0.01 mm, 1 mN, a margin of 0.001."""
 
 
 @dataclass(frozen=True)
 class Unit:
-    """A row of 1 is `scale` in SI units; `reading` turns SI units into what `symbol` names in tables."""
+    """The unit of a row: a row of 1 is `scale` in SI units; `reading` converts SI units to `symbol`, as in tables."""
 
     symbol: str
     scale: float = 1.0
@@ -32,7 +32,7 @@ def _milli(value: float) -> float:
 
 
 def _angle_deg(trace: float) -> float:
-    """The angle [deg] of a rotation of that trace, 1 + 2 cos."""
+    """The angle [deg] of a rotation with this trace, 1 + 2 cos."""
     return degrees(acos(min(max((trace - 1) / 2, -1.0), 1.0)))
 
 
@@ -42,7 +42,7 @@ FORCE = Unit("N")
 STIFFNESS = Unit("mN m", 0.01, _milli)
 """Of ρ."""
 TORQUE = Unit("N m", 0.1)
-"""Of the net torque: forces of some newtons at some centimetres."""
+"""Unit of the net torque: forces of a few newtons at a few centimetres."""
 EFFORT = Unit("of the effort")
 GAIN = Unit("N/m", 100.0)
 TRACE = Unit("deg", 1.0, _angle_deg)
@@ -50,14 +50,14 @@ ANGLE = Unit("rad")
 RATIO = Unit("of that at home", 1.0, exp)
 """Of a logarithm."""
 UNITS = {"": NUMBER, "m": LENGTH, "N": FORCE, "N m": TORQUE, "N/m": GAIN}
-"""What a constraint may name by its SI symbol; any other symbol stands for itself, with a scale of 1."""
+"""Units by SI symbol; any other symbol is used as it is, with a scale of 1."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """The worst row of a constraint, exact: `value` is to lie between `lower` and `upper`, all in `unit`.
+    """The worst row of a constraint, without smoothing: `value` must be between `lower` and `upper`, all in `unit`.
 
-    `passed` is whether it does so within the `tolerance`; NaN never does.
+    `passed` is whether that holds within the `tolerance`; NaN never passes. `row` names the worst row.
     """
 
     name: str
@@ -67,11 +67,11 @@ class Check:
     tolerance: float
     unit: str
     passed: bool
-    row: str = ""  # name of the row that is worst
+    row: str = ""  # name of the worst row
 
     @property
     def demand(self) -> str:
-        """What the value is to be: "≥ 5 mN m", "0 ± 2 mm", "4 to 10 N"."""
+        """The required value: "≥ 5 mN m", "0 ± 2 mm", "4 to 10 N"."""
         if self.lower == self.upper:
             text = f"{self.lower:.3g} ± {self.tolerance:.3g}"
         elif self.upper == inf:
@@ -85,21 +85,21 @@ class Check:
 
 @dataclass(frozen=True)
 class Constraint:
-    """Rows lower ≤ value(g) ≤ upper of a grasp g, and everything that follows from them.
+    """Rows lower ≤ value(g) ≤ upper of a grasp g.
 
     Attributes:
-        name: in tables, in the names of rows and in `Solution.violated`.
-        value: the rows at a grasp, in SI units, written in the operations of `Ops` once for CasADi and NumPy.
+        name: name in tables, in the names of rows and in `Solution.violated`.
+        value: function (grasp, op) → rows, in SI units, written once in the operations of `Ops` for CasADi and NumPy.
         lower: bound of every row, in SI units.
         upper: bound of every row.
         unit: SI symbol of `UNITS`, another symbol, or a `Unit`; rows are divided by its scale for the solver.
-        tolerance: by how much the exact rows of a feasible grasp may miss their bounds, in SI units.
-        over: what the rows go over, a key of `names.labels`; rows of no such thing are numbered.
-        about: what it demands, in a few words.
+        tolerance: largest violation of the exact rows in a feasible grasp, in SI units.
+        over: what the rows range over, a key of `names.labels`; other rows are numbered.
+        about: what it requires, in a few words.
         always: whether it bounds the penalty formulation too.
-        domain: whether it says where the functions are defined; the elastic formulation never relaxes such a one.
-        of_arm: whether it asks for `g.arm`; the first of two phases has none and leaves it out.
-        source: hash of the file that it was loaded from; it goes into the key of compiled functions.
+        domain: whether it keeps the functions defined; the elastic formulation never relaxes such a constraint.
+        of_arm: whether it needs `g.arm`; the first of two phases has no arm and leaves it out.
+        source: hash of the file that it was loaded from; part of the key of compiled functions.
 
     Raises:
         InputError: the bounds are crossed or not numbers.
@@ -129,7 +129,7 @@ class Constraint:
 
     @property
     def scale(self) -> float:
-        """What a row of 1 is, in SI units."""
+        """The value of a row of 1, in SI units."""
         assert isinstance(self.unit, Unit)
         return self.unit.scale
 
@@ -145,7 +145,7 @@ class Constraint:
         return self.unit.symbol
 
     def reading(self, value: float) -> float:
-        """A value in SI units in the unit of tables."""
+        """A value in SI units, converted to the unit of tables."""
         assert isinstance(self.unit, Unit)
         return self.unit.reading(value)
 

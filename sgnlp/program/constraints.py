@@ -1,4 +1,4 @@
-"""The built-in constraints: what each demands, how exactly, and the bounds that settings give it."""
+"""The built-in constraints: what each requires, its tolerance, and its bounds from the settings."""
 
 from dataclasses import replace
 from math import cos, inf, radians
@@ -194,13 +194,13 @@ CONSTRAINTS: tuple[Constraint, ...] = (
 
 
 def preset_constraints(settings: Settings, around: Around = ALONE) -> tuple[Constraint, ...]:
-    """The built-in constraints that settings ask for among such surroundings, with their bounds."""
+    """The built-in constraints of these settings and surroundings, with their bounds."""
     bounds = _bounds(settings) | around_bounds(settings, around)
     return tuple(replace(c, lower=bounds[c.name][0], upper=bounds[c.name][1]) for c in CONSTRAINTS if c.name in bounds)
 
 
 def _bounds(s: Settings) -> dict[str, tuple[float, float]]:
-    """The bounds of each constraint that settings ask for, in SI units."""
+    """The bounds of each constraint of the settings, in SI units."""
     limits, effort, gap = s.limits, s.limits.effort, s.limits.object_margin + s.limits.place_error
     bounds = {
         "workspace": (0.0, inf),
@@ -224,7 +224,7 @@ def _bounds(s: Settings) -> dict[str, tuple[float, float]]:
 
 
 def _compliance(s: Settings) -> dict[str, tuple[float, float]]:
-    """Those of a stable equilibrium that the contacts hold with enough force."""
+    """The bounds of a stable equilibrium with enough contact force."""
     limits, effort, weight = s.limits, s.limits.effort, s.contact.mass * GRAVITY
     shift = max(limits.shift, limits.give * weight)
     return {
@@ -241,7 +241,7 @@ def _compliance(s: Settings) -> dict[str, tuple[float, float]]:
 
 
 def _closure(s: Settings) -> dict[str, tuple[float, float]]:
-    """Those of force closure at first contact; the equilibrium has no say."""
+    """The bounds of force closure at first contact; there is no equilibrium."""
     return {
         "cone": (s.limits.margin_initial, inf),
         "press": (s.limits.force_min, inf),

@@ -2,7 +2,7 @@
 
     argmin_{R, t}  Σ ½ k_i |R p_i + t - o_i|² + M g e_zᵀ(R c_g + t)
 
-t = ō - R p̄ - (M g / Σk) e_z with the k-weighted centroids; what is left is max tr(R Bᵀ) over rotations with
+t = ō - R p̄ - (M g / Σk) e_z with the k-weighted centroids; what remains is max tr(R Bᵀ) over rotations with
 B = Σ k_i (o_i - ō)(p_i - p̄)ᵀ - M g e_z (c_g - p̄)ᵀ. With the singular values s1 ≥ s2 ≥ s3 of B, s3' = s3 sign(det B):
 
     λ = s1 + s2 + s3' is the largest root of ((λ² - |B|²)² - 8 λ det B - 4 |adj B|²)
@@ -19,9 +19,11 @@ import casadi as ca
 GRAVITY = 9.81
 """Standard acceleration of free fall [m/s²], rounded."""
 LAGUERRE_STEPS = 8
-"""λ is then as exact as double precision allows (R to 1e-9 at (s2 + s3')/s1 = 1e-2, to 2e-6 at 1e-3)."""
+"""Number of iterations after which λ is as exact as double precision allows (R to 1e-9 at (s2 + s3')/s1 = 1e-2, to 2e-6
+at 1e-3)."""
 TINY = 1e-12
-"""Guard of the divisions, by |B| [N m] and by numbers that are 0 where R is not differentiable: no NaN anywhere."""
+"""Guards the divisions by |B| [N m] and by numbers that are 0 where R is not differentiable, so that there is no
+NaN."""
 
 
 def adjugate(B: ca.SX) -> ca.SX:
@@ -52,8 +54,8 @@ def root_guess(B: ca.SX) -> ca.SX:
 def rotation(B: ca.SX, lam: ca.SX) -> tuple[ca.SX, ca.SX]:
     """Optimal rotation R (3, 3) of the attitude profile B (3, 3) [N m] and its stiffness ρ [N m].
 
-    `lam` is `root_guess(B)`. It may be a constant: two Newton steps from the root itself change no value but carry
-    its first and second derivatives, so the iteration that found it need not be differentiated.
+    `lam` is `root_guess(B)`. It may be a constant: two Newton steps from the root do not change its value, but give its
+    first and second derivatives, so the iteration need not be differentiated.
     """
     norm = _norm(B)
     A = B / norm
@@ -75,7 +77,7 @@ def turned(w: ca.SX) -> ca.SX:
 
 
 def gibbs_vector(R: ca.SX) -> ca.SX:
-    """The w (3) of a rotation (3, 3) by less than half a turn."""
+    """The Gibbs vector w (3) of a rotation (3, 3) by less than half a turn."""
     return ca.inv_skew(R - R.T) / ca.fmax(1 + ca.trace(R), TINY)
 
 
@@ -125,8 +127,8 @@ def translation(R: ca.SX, p: ca.SX, o: ca.SX, k: ca.SX, mass: ca.SX) -> ca.SX:
 def printed_profile(P: ca.SX, O: ca.SX, k: ca.SX) -> ca.SX:
     """Profile B (3, 3) [N m] of the paper's Algorithm 1 as printed: plain centroids and squared gains.
 
-    For comparison only: its rotation minimises the energy above only when all gains are equal. It is multiplied by
-    m/Σk, which no rotation notices, so that it then equals `profile`.
+    For comparison only: its rotation minimises the energy above only if all gains are equal. The factor m/Σk, which
+    does not change the rotation, makes it equal to `profile` in that case.
     """
     m, w = P.shape[0], ca.repmat(k, 1, 3)
     p, o = ca.sum1(P) / m, ca.sum1(O) / m

@@ -1,4 +1,4 @@
-"""What a formulation is: the program, or the programs in turn, that a solver is given of energy and constraints."""
+"""A formulation: the program, or the sequence of programs, that is made of energy and constraints for a solver."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ Bounds = tuple[Array, Array]
 
 @dataclass(frozen=True)
 class Phase:
-    """A program to be solved, with at most so many iterations."""
+    """A program to solve, with its largest number of iterations."""
 
     formulation: "Formulation"
     iterations: int
@@ -32,21 +32,24 @@ class Phase:
 
 @dataclass(frozen=True)
 class Formulation:
-    """The energy that no constraint replaces, under all constraints. Others answer some of these questions otherwise.
+    """How terms, constraints and variables become a program. The base class is the constrained formulation:
 
-    A formulation of your own is a subclass; its name is that of the class in lower case, unless it has another.
-    `exact_feet` says where the gap of a pad is measured: at its foot p - r n(p), which is right to second order in r,
-    or as d(p) - r, which reads 2 mm too little at r = 12 mm but is defined far off the surface, where tips begin.
+        min_x  Σ w_j E_j(x)   subject to   g_low ≤ g(x) ≤ g_high,   x_low ≤ x ≤ x_high
+
+    with the terms E_j that no constraint replaces, and all constraints g. Your own formulation is a subclass that
+    overrides some methods; its name is that of the class in lower case, unless the class has a `name`. With
+    `exact_feet` the gap of a pad is d at its foot p - r n(p), which is right to second order in r. Otherwise it is
+    d(p) - r, which is 2 mm too small at r = 12 mm, but defined far from the surface, where tips begin.
     """
 
     name: ClassVar[str] = ""
     exact_feet: ClassVar[bool] = True
     plans_contact: ClassVar[bool] = True
-    """Whether it has the joints at first contact as variables, where the settings ask for them."""
+    """Whether it has the joints at first contact as variables, if the settings plan them."""
     plans_arm: ClassVar[bool] = True
     """Whether an arm that carries the hand is part of it."""
     source: ClassVar[str] = ""
-    """Hash of the file that a formulation was loaded from; it goes into the key of compiled functions."""
+    """Hash of the file that a formulation was loaded from; part of the key of compiled functions."""
 
     def __init_subclass__(cls) -> None:
         """Name the formulation after its class."""
@@ -55,14 +58,14 @@ class Formulation:
             cls.name = cls.__name__.lower()
 
     def check(self, settings: Settings) -> None:
-        """Raise `InputError` if the formulation cannot say what the settings ask for."""
+        """Raise `InputError` if the formulation does not support the settings."""
 
     def phases(self, solver: Solver) -> tuple[Phase, ...]:
         """The programs to solve in turn, each from where the one before it ended."""
         return (Phase(self, solver.max_iterations),)
 
     def terms(self, terms: Sequence[Term]) -> tuple[Term, ...]:
-        """The terms of the objective, of all that the plan has."""
+        """The terms of the objective, out of all terms of the plan."""
         return tuple(term for term in terms if not term.constrained_elsewhere)
 
     def constraints(self, constraints: Sequence[Constraint]) -> tuple[Constraint, ...]:
@@ -78,20 +81,20 @@ class Formulation:
         return np.zeros(0), np.zeros(0)
 
     def begin(self, oracle: Any, x: Array, p: Array, g_bounds: Bounds) -> Array:
-        """Where the scaled variables that it adds begin, for those that stand before them, x."""
+        """Initial values of the scaled variables that it adds, for the other variables x."""
         return np.zeros(0)
 
     def strict(self, nlp: Any, x: Array) -> Array:
-        """x (nx,) without what it relaxes rows by."""
+        """x (nx,) with the relaxation of rows (slacks) set to 0."""
         return x
 
     @property
     def inner(self) -> "Formulation":
-        """The formulation whose functions it takes and wraps: itself, if it has its own."""
+        """The formulation whose functions it wraps; itself if it has its own."""
         return self
 
     def wrap(self, nlp: Any) -> Any:
-        """Its `Nlp`, made of that of `inner`."""
+        """Its `Nlp`, made from that of `inner`."""
         return nlp
 
     def tips(self, added: ca.SX, tips: ca.SX) -> ca.SX:

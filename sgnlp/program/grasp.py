@@ -3,12 +3,12 @@
     p_i = o_i + c (a_i - o_i),   R, t = equilibrium(p, o, k),   p_i(eq) = R p_i + t
     f_i(t0) = k_i (o_i - p_i),   f_i(eq) = k_i (o_i - p_i(eq)),   n_i = ∇μ/|∇μ| at p_i,   n_i(eq) = R n_i
 
-Where the hand at first contact is planned (`closing.planned`), its joints w have the same wrist and FK(w) = p_i, and
-joint torques are τ = Jᵀf with the Jacobian there. Where it is not, as in the paper, whatever is "at contact" is that of
-the pregrasp, and the Jacobian too: the worst joint is then off by 0.13 N m at equilibrium in the median of 95 grasps.
+If the hand at first contact is planned (`closing.planned`), its joints w satisfy FK(w) = p_i with the same wrist, and
+joint torques are τ = Jᵀf with the Jacobian there. Otherwise, as in the paper, everything "at contact" is taken at the
+pregrasp, the Jacobian too: the error of the worst joint torque at equilibrium is 0.13 N m in the median of 95 grasps.
 
 The same class holds CasADi expressions (`sgnlp.program.model`) or NumPy arrays (`sgnlp.planning.recompute`); both are
-put together by `sgnlp.program.assembly`.
+assembled by `sgnlp.program.assembly`.
 """
 
 from collections.abc import Mapping
@@ -20,7 +20,10 @@ from typing import Any
 class Grasp:
     """A hand of m fingers, n joints and S spheres at a pregrasp, its contacts and its equilibrium.
 
-    All positions are in the world's frame, z up. What is (k,) in NumPy is a column (k, 1) in CasADi.
+    p_i = o_i + c (a_i - o_i),   R, t = equilibrium(p, o, k),   p_i(eq) = R p_i + t
+        f_i(t0) = k_i (o_i - p_i),   f_i(eq) = k_i (o_i - p_i(eq)),   n_i = ∇μ/|∇μ| at p_i,   n_i(eq) = R n_i
+
+    All positions are in the world frame, z up. An array (k,) in NumPy is a column (k, 1) in CasADi.
     """
 
     wrist_position: Any  # (3,) [m], origin of the hand's root link at the pregrasp
@@ -37,7 +40,7 @@ class Grasp:
     gains: Any  # (m,) [N/m], k_i
     contacts: Any  # (m, 3) [m], p_i, centres of the tips at first contact
     contacts_eq: Any  # (m, 3) [m]
-    contacts_desired: Any  # (m, 3) [m], where the contacts are to be at equilibrium: p_i itself if nothing is desired
+    contacts_desired: Any  # (m, 3) [m], desired contacts at equilibrium: p_i itself if no motion is desired
     rotation: Any  # (3, 3)
     rotation_desired: Any  # (3, 3)
     stiffness: Any  # () [N m], ρ
@@ -67,12 +70,13 @@ class Grasp:
     object_clearances_contact: Any  # (S - m,) [m], of every sphere but the pads, at first contact
     table_clearances_contact: Any  # (S - m,) [m]
     pair_clearances_contact: Any  # (P,) [m]
-    obstacle_clearances: Any  # (S,) [m] of every sphere from what stands around; none of these rows without obstacles
+    # (S,) [m], of every sphere from obstacles; this and the next three are empty without obstacles
+    obstacle_clearances: Any
     obstacle_clearances_contact: Any  # (S,) [m], at first contact
     obstacle_clearances_approach: Any  # (A S,) [m], from obstacles and table, posture by posture back to the stand-off
     obstacle_clearances_lift: Any  # (S,) [m], the same with the hand at contact lifted
-    avoid_distances: Any  # (m,) [m], of the contact points to the regions that fingers stay off; none without them
-    touch_distances: Any  # (m,) [m], to the regions that fingers are to touch: negative inside
+    avoid_distances: Any  # (m,) [m], of the contact points to the regions to avoid; empty without regions
+    touch_distances: Any  # (m,) [m], to the regions to touch, negative inside
     ball_clearances: Any  # (m,) [m], of the pregrasp tips inside the ball of the surface model
     contact_heights: Any  # (m,) [m], of the pads over the table at first contact
     contact_heights_eq: Any  # (m,) [m]

@@ -1,7 +1,7 @@
 """Exact first and second derivatives through named intermediate quantities.
 
-A problem is written over w = (x, u_1, u_2, …), where each u_i has a definition in terms of what stands before it. Let
-L be linear in all parts, ν = ∂L/∂u the adjoints, D_i = ∂u_i/∂(before). The Hessian of L with respect to x is
+A problem is written in w = (x, u_1, u_2, …), where each u_i is defined by the entries before it. Let L be linear in all
+parts, ν = ∂L/∂u the adjoints, D_i = ∂u_i/∂(before). The Hessian of L with respect to x is
 
     Tᵀ M T,     M = ∇²L + Σ_i ∇²(ν_iᵀ u_i),     T = ∂w/∂x by D
 
@@ -10,7 +10,7 @@ into what it depends on, in M, in rows of Jacobians, and in the D of those that 
 
     M  ←  M_bb + M_bi D_i + D_iᵀ M_ib + D_iᵀ M_ii D_i,     J  ←  J_b + J_i D_i
 
-This is the chain rule, so that the result equals that of differentiating the substituted expression.
+This is the chain rule, so the result equals the derivative of the substituted expression.
 """
 
 from bisect import bisect_left
@@ -36,18 +36,18 @@ class Lifting:
 
     def __init__(self, x: ca.SX):
         self.x = x
-        self._lifted = [x]  # all symbols that are differentiated, x first
-        self._size = x.numel()  # of them
+        self._lifted = [x]  # all symbols of differentiation, x first
+        self._size = x.numel()  # their number
         self._quantities: list[Quantity] = []
-        self._known: list[tuple[ca.SX, ca.SX]] = []  # each symbol that is not of x, and its value
+        self._known: list[tuple[ca.SX, ca.SX]] = []  # each symbol besides x, and its value
         self._zeros: list[ca.SX] = []  # symbols of displacements
 
     def lift(self, name: str, value: ca.SX, slope: ca.SX | None = None, late: bool = False) -> ca.SX:
-        """A symbol of the value's shape that stands for it from here on.
+        """A new symbol with the value's shape, which represents it from here on.
 
-        Its derivatives are those of `slope`, an expression that agrees with the value in both derivatives and is
-        easier to differentiate. A `late` quantity is folded after all that are not: worth while where many numbers
-        depend on few, and these on many.
+        Its derivatives are those of `slope`, an expression that agrees with the value in its first two derivatives and
+        is easier to differentiate. A `late` quantity is folded after all others. That helps if many numbers depend on
+        few, and these on many.
         """
         symbol, low = self.constant(name, value), self._size
         self._size += symbol.numel()
@@ -63,7 +63,7 @@ class Lifting:
         return symbol
 
     def displacement(self, name: str, of: ca.SX, late: bool = False) -> ca.SX:
-        """A symbol that is zero and has the derivatives of an expression: by how far that is from where it is."""
+        """A symbol with value zero and the derivatives of an expression: its displacement from the present value."""
         symbol = self.lift(name, ca.SX.zeros(*of.shape), of, late)
         self._zeros.append(ca.vec(symbol))
         return symbol
@@ -88,7 +88,7 @@ class Lifting:
         return J[:, : self.x.numel()]
 
     def hessian(self, parts: Sequence[ca.SX]) -> ca.SX:
-        """∂²(Σ parts)/∂x² (nx, nx), still written over w. Each part is differentiated on its own."""
+        """∂²(Σ parts)/∂x² (nx, nx), still written in w. Each part is differentiated separately."""
         n = self._w.numel()
         nu = self._adjoints(self._slope(sum(parts, ca.SX(0))).T)
         weights = [ca.SX.sym("nu", u.high - u.low) for u in self._quantities]
@@ -124,11 +124,11 @@ class Lifting:
 
     @cached_property
     def _places(self) -> dict[int, int]:
-        """Where each symbol stands in w."""
+        """The index of each symbol in w."""
         return {symbol.element_hash(): i for i, symbol in enumerate(self._w.elements())}
 
     def _near(self, expression: ca.SX) -> tuple[ca.SX, list[int]]:
-        """The symbols of w that an expression has, and where they stand: it is differentiated by no other."""
+        """The symbols of w in an expression, and their indices: only these need to be differentiated by."""
         found = [(s, self._places[s.element_hash()]) for s in ca.symvar(expression) if s.element_hash() in self._places]
         return ca.vertcat(*[symbol for symbol, _ in found]), [place for _, place in found]
 
@@ -156,7 +156,7 @@ class Lifting:
         return g
 
     def _folds(self) -> Iterator[tuple[int, int, ca.SX]]:
-        """(first index, one past the last, D over what is not folded yet) of each quantity, in the order of folding."""
+        """(first index, one past the last, D over symbols not folded yet) of each quantity, in the order of folding."""
         order = sorted(range(len(self._quantities)), key=lambda i: (self._quantities[i].late, -i))
         waiting = {i: self._slopes[i] for i in order}
         for i in order:
@@ -175,7 +175,7 @@ class Lifting:
 
 
 def _total(matrices: Sequence[ca.SX], n: int) -> ca.SX:
-    """The sum of sparse matrices (n, n), in pairs: so that each is added few times."""
+    """The sum of sparse matrices (n, n), in pairs, so that each is added only a few times."""
     if len(matrices) > 1:
         half = len(matrices) // 2
         return _total(matrices[:half], n) + _total(matrices[half:], n)

@@ -1,4 +1,4 @@
-"""The grasp as CasADi expressions over a chain of lifted quantities: what `sgnlp.program.nlp` differentiates."""
+"""The grasp as CasADi expressions over a chain of lifted quantities, which `sgnlp.program.nlp` differentiates."""
 
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -26,11 +26,11 @@ MIN_DEVIATION = 1e-6
 
 
 class Model:
-    """The symbolic grasp: what is lifted and how everything follows from it.
+    """The symbolic grasp: the lifted quantities, and all that follows from them.
 
     `par` are the symbols of the parameters, `units` (nx,) those of the scaled variables `lifting.x`. `given` are the
-    query points that follow from the variables alone, `pads` (m,) [m] how far the feet lie below the contacts, `around`
-    (P, 3) [m] the points of `sgnlp.program.around`, `field_jets` the jets there and at the feet.
+    query points that follow from the variables alone, `pads` (m,) [m] the distances of the feet below the contacts,
+    `around` (P, 3) [m] the points of `sgnlp.program.around`, `field_jets` the jets there and at the feet.
     """
 
     def __init__(self, hand: Hand, structure: Structure, lifting: Lifting, par: SimpleNamespace, units: Array):
@@ -39,14 +39,14 @@ class Model:
         self._v, targets = x[: 6 + n], ca.reshape(x[6 + n : 6 + n + 3 * m], 3, m).T
         self._k = x[6 + n + 3 * m : 6 + n + 4 * m]
         own = len(structure.formulation.variables(hand).units)
-        self._added = x[x.numel() - own :]  # variables of the formulation's own
+        self._added = x[x.numel() - own :]  # the formulation's own variables
         frames = forward(hand, par.wrist, par.joints, self._v)
         self._root = free(frames.position, frames.rotation, lifting)
         turns = lifting.displacement("turns", self._v[6:])
         here = self._place(hand, frames, turns, lifting, structure.formulation)
         self._a, self._s, self._reached = here.tips, here.spheres, here.reached
         at, first = structure.at_contact, 6 + n + 4 * m
-        ends = first + m * at.c + n * at.joints  # of the variables at contact
+        ends = first + m * at.c + n * at.joints  # indices of the variables at contact
         self._arm = ArmModel(hand, lifting, par, frames, self._root, x[ends:]) if hand.arm else None
         c = ca.repmat(x[first : first + m], 1, 3) if at.c else par.c
         self._o = targets
@@ -84,7 +84,7 @@ class Model:
     ) -> "_Placed":
         """The tips and spheres of the hand at a configuration; its pads are spheres about the tips.
 
-        The tips are folded late: that keeps the many numbers that follow from them off the links.
+        The tips are folded late, so that the many numbers that follow from them do not depend on the links before.
         """
         motion, links = Motion(hand.model, frames, self._root, turns, lifting), _links(hand)
         fixed = motion.points("tips", frames.tips, [finger.frame for finger in hand.fingers], late=True)
@@ -97,7 +97,7 @@ class Model:
     def _surround(
         self, hand: Hand, structure: Structure, lifting: Lifting, par: SimpleNamespace, frames: Frames
     ) -> None:
-        """The points at which distances to the surroundings are asked for, and their displacements."""
+        """The points at which distances to the surroundings are needed, and their displacements."""
         around, S, m = structure.around, len(hand.spheres), len(hand.fingers)
         self.around = ca.SX(0, 3)
         if around.obstacles:
@@ -123,7 +123,7 @@ class Model:
         return ca.horzcat(*[J[:, 0] for J in jets]), ca.horzcat(*[expand(J, delta) for J in jets])
 
     def _motion(self, structure: Structure, lifting: Lifting, par: SimpleNamespace) -> tuple[ca.SX, ca.SX, ca.SX]:
-        """R (3, 3), ρ and t (3) of the object's motion to the equilibrium, as the formulation has them."""
+        """R (3, 3), ρ and t (3) of the object's motion to the equilibrium, as the formulation defines them."""
         p, o, k, formulation = self._p, self._o, self._k, structure.formulation
         mean_p = lifting.lift("mean_contact", equilibrium.weighted_mean(k, p))
         mean_o = lifting.lift("mean_target", equilibrium.weighted_mean(k, o))
@@ -138,7 +138,7 @@ class Model:
         return R, rho, lifting.lift("translation", t, late=True)
 
     def _parts(self, hand: Hand, structure: Structure, lifting: Lifting, par: SimpleNamespace, frames: Frames) -> Parts:
-        """The parts of the grasp; those of the surface are written on its jets."""
+        """The parts of the grasp; those of the surface are expressions in its jets."""
         m, delta, V, D = len(hand.fingers), self._delta, self.layout.uncertain, self.layout.distances
         S, at, planned = len(hand.spheres), self._contact, self._planned
         R, rho, t = self._motion(structure, lifting, par)
@@ -182,7 +182,7 @@ class Model:
 
 @dataclass(frozen=True)
 class _Placed:
-    """A hand somewhere: its tips by the joints, and as the program has them (m, 3), its spheres (S, 3)."""
+    """A hand in a posture: tips by forward kinematics, tips in the program (m, 3), spheres (S, 3)."""
 
     reached: ca.SX
     tips: ca.SX
@@ -201,5 +201,5 @@ def _links(hand: Hand) -> list[int]:
 
 
 def _read(lifting: Lifting, name: str, jets: ca.SX, delta: ca.SX) -> ca.SX:
-    """What the jets (Q, 10) tell (Q,), and how it changes with displacements (Q, 3) [m]."""
+    """The values (Q,) of jets (Q, 10), and their change with displacements (Q, 3) [m]."""
     return lifting.lift(name, jets[:, 0], expand(jets, delta))

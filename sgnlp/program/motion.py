@@ -1,13 +1,13 @@
-"""How the links of a hand or arm move about where they are, to second order: six numbers a link, for all on it.
+"""The motion of the links of a hand or arm about their present poses, to second order: six numbers for each link.
 
-A link's motion (v, ω) moves what is at O + r to O + r + v + (E(ω) - I) r. O is a point that all links of a tree share,
+A link's motion (v, ω) moves the point O + r to O + r + v + (E(ω) - I) r. O is a point that all links of a tree share,
 W = [ω]×, and E(ω) = I + W + W²/2 is the exponential to second order. A joint that turns by δ about the axis a through
-O + ρ makes of the motion λ of the link before, with m = a×ρ,
+O + ρ gives, with the motion λ of the link before and m = a×ρ,
 
     v = v_λ - δ m - δ ω_λ×m - ½ δ² a×m,     ω = ω_λ + δ a + ½ δ ω_λ×a,
 
-and one that slides along a makes v = v_λ + δ a + δ ω_λ×a. Places come from Pinocchio. This is how they change, so that
-no derivative of the forward kinematics is longer than these lines.
+and a prismatic joint along a gives v = v_λ + δ a + δ ω_λ×a. Positions come from Pinocchio. The derivatives come from
+these formulas, so no derivative of the forward kinematics is longer than they are.
 """
 
 from collections.abc import Sequence
@@ -25,22 +25,22 @@ STILL = ca.SX(3, 1)
 
 @dataclass(frozen=True)
 class Link:
-    """A link's motion about the place O: displacements that are zero. Without any it stands still."""
+    """A link's motion about the point O: displacements with value zero. Without them the link is fixed."""
 
     place: ca.SX  # (3,) [m]
     shift: ca.SX = STILL  # (3,) [m]
     turn: ca.SX = STILL  # (3,) [rad]
 
     def move(self, r: ca.SX) -> ca.SX:
-        """By how much (3,) what is at O + r moves."""
+        """The displacement (3,) of the point O + r."""
         return self.shift + self.swing(r)
 
     def swing(self, r: ca.SX) -> ca.SX:
-        """By how much (3,) a direction r, or each of several (3, k), moves."""
+        """The change (3,) of a direction r, or of several (3, k)."""
         return swing(self.turn, r)
 
     def felt(self, vector: ca.SX) -> ca.SX:
-        """A vector (3,) of the world as one sees it who turns with the link and keeps its axes: E(-ω) f."""
+        """A vector (3,) f of the world, seen from a frame that turns with the link: E(-ω) f."""
         return vector + swing(-self.turn, vector)
 
     def direction(self, name: str, value: ca.SX, lifting: Lifting) -> ca.SX:
@@ -56,9 +56,9 @@ def swing(turn: ca.SX, r: ca.SX) -> ca.SX:
 
 
 def free(position: ca.SX, rotation: ca.SX, lifting: Lifting) -> Link:
-    """The motion of a link whose position (3,) [m] and rotation (3, 3) are expressions in x, about its own place.
+    """The motion of a link whose position (3,) [m] and rotation (3, 3) are expressions in x, about its own position.
 
-    It is folded late: what hangs on the link depends on it by fewer numbers than on x.
+    It is folded late: everything on the link depends on it by fewer numbers than on x.
     """
     turned = rotation @ lifting.constant("attitude", rotation).T  # sin |ω| times the axis is ω to second order
     return Link(
@@ -69,9 +69,9 @@ def free(position: ca.SX, rotation: ca.SX, lifting: Lifting) -> Link:
 
 
 class Motion:
-    """The motions of all links of a model whose frames are given.
+    """The motions of all links of a model with given frames.
 
-    `root` is that of the root link, `turns` (n,) [rad or m] are displacements of the coordinates.
+    `root` is the motion of the root link, `turns` (n,) [rad or m] are displacements of the joint coordinates.
     """
 
     def __init__(self, model: pin.Model, frames: Frames | ArmFrames, root: Link, turns: ca.SX, lifting: Lifting):
@@ -94,7 +94,7 @@ class Motion:
         return self._links[self._model.frames[frame].parentJoint]
 
     def points(self, name: str, places: ca.SX, links: Sequence[str], late: bool = False) -> ca.SX:
-        """Points (K, 3) [m] that are at these places, each fixed to its link."""
+        """Points (K, 3) [m] at these positions, each fixed to its link."""
         if not links:
             return ca.SX(0, 3)
         r = self._lifting.constant("arms", places - ca.repmat(self._links[0].place.T, len(links), 1))

@@ -12,7 +12,7 @@ AXES = ("x", "y", "z")
 
 @lru_cache(maxsize=8)
 def labels(hand: Hand) -> dict[str, tuple[str, ...]]:
-    """What the rows of a constraint go over, the values of `Constraint.over`: every sphere but the pads is a `link`."""
+    """Labels of rows by the values of `Constraint.over`; every sphere but the pads is a `link`."""
     spheres, arm = tuple(sphere.name for sphere in hand.spheres), hand.arm
     return {
         "": ("",),
@@ -42,7 +42,7 @@ def variable_names(hand: Hand) -> tuple[str, ...]:
 
 
 def contact_names(hand: Hand, c: bool, joints: bool) -> tuple[str, ...]:
-    """A name for each variable of the hand at first contact: c of each finger, the joints, as far as they are free."""
+    """A name for each variable of the hand at first contact: c of each finger and the joints, if they are variables."""
     fingers = [f"c.{finger.name}" for finger in hand.fingers] if c else []
     return (*fingers, *(f"contact.{name}" for name in hand.joint_names if joints))
 
@@ -56,7 +56,7 @@ def arm_names(hand: Hand) -> tuple[str, ...]:
 def row_names(hand: Hand, constraints: Sequence[Constraint], sizes: Sequence[int]) -> tuple[str, ...]:
     """A name for each row (ng,): its constraint's, with that of the finger, joint, sphere, pair or axis in brackets.
 
-    Rows of a constraint that goes over nothing of the hand are numbered, if there are several.
+    Rows that do not belong to parts of the hand are numbered, if there are several.
     """
     return tuple(name for c, size in zip(constraints, sizes, strict=True) for name in rows_of(hand, c, size))
 

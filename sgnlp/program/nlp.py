@@ -5,7 +5,7 @@
 over the variables of `sgnlp.program.variables`.
 
 The functions take jets of the surface at the query points z(x) as inputs (`sgnlp.surface.jets`), so one `Nlp` serves
-every object; object, weights, widths and seed pose are parameters. `oracle.py` joins an `Nlp` with a fitted surface.
+every object. Object, weights, widths and seed pose are parameters. `oracle.py` joins an `Nlp` with a fitted surface.
 """
 
 from collections.abc import Sequence
@@ -40,11 +40,11 @@ ENERGY_UNIT = 100.0
 class Nlp:
     """Functions of one structure.
 
-    `points` (x, p) → the given query points (Q - m, 3) [m], how far the feet lie below the contacts (m) [m], and the
-    points of `structure.around` (P, 3) [m];
+    `points` (x, p) → the given query points (Q - m, 3) [m], the distances of the feet below the contacts (m) [m], and
+    the points of `structure.around` (P, 3) [m];
     `objective`, `gradient`, `rows`, `jacobian` (x, p, jets…); `hessian` (x, p, jets…, λ_f, λ_g), the upper triangle;
-    `terms` (x, p, jets…), the smooth terms unweighted; `jets`, that of `layout.function()`. The jets are the four
-    blocks of `layout.symbols()` and those of `sgnlp.program.around`.
+    `terms` (x, p, jets…), the smooth terms unweighted; `jets`, the function `layout.function()`. The jets are the four
+    blocks of `layout.symbols()` and the block of `sgnlp.program.around`.
     """
 
     structure: Structure
@@ -105,7 +105,7 @@ def parameter_vector(hand: Hand, terms: int) -> ParameterVector:
 
 
 def frame(hand: Hand, structure: Structure, row_sizes: Sequence[int]) -> dict[str, Any]:
-    """The fields of an `Nlp` that need no symbolic function, for the number of rows of each constraint."""
+    """The fields of an `Nlp` other than its symbolic functions, for the number of rows of each constraint."""
     variables = structure.variables(hand)
     return {
         "structure": structure,
@@ -123,7 +123,7 @@ def frame(hand: Hand, structure: Structure, row_sizes: Sequence[int]) -> dict[st
 
 @lru_cache(maxsize=KEPT)
 def build(hand: Hand, structure: Structure) -> Nlp:
-    """Build the functions of a hand and structure; the same ones give the same object."""
+    """Build the functions of a hand and structure; equal arguments give the same object."""
     hand, terms, constraints = structure.of(hand), structure.objective, structure.rows
     units = structure.variables(hand).units
     p, par = parameter_vector(hand, len(structure.terms)).symbols()
@@ -157,7 +157,7 @@ def build(hand: Hand, structure: Structure) -> Nlp:
 
 
 def _value(part: Term | Constraint, g: Grasp, op: Smooth) -> ca.SX:
-    """A term (1,) or the rows (k,) of a constraint as an expression; raises `InputError` where it is none."""
+    """A term (1,) or the rows (k,) of a constraint as an expression; raises `InputError` if it is not one."""
     try:
         value = ca.vec(ca.SX(part.value(g, op)))
     except Exception as error:

@@ -1,7 +1,7 @@
-"""The elementary operations of the energy, in two readings of one equation.
+"""The elementary operations of energy terms and constraints, smooth for the solver and exact for the result.
 
-An energy term or constraint is written once in these operations. `Smooth` reads it as a CasADi expression that is
-twice continuously differentiable, its widths as parameters; `Exact` reads it as NumPy, as it is printed.
+An energy term or constraint is written once in these operations. `Smooth` evaluates it as a CasADi expression that is
+twice continuously differentiable, with its widths as parameters; `Exact` evaluates it in NumPy, as printed.
 Arrays of m fingers are (m,) or (m, 3); `norm` and `dot` work along rows.
 """
 
@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 LOG_CUT = 0.02
-"""Below this the exact logarithm is its tangent there: finite, and of the size of the smooth one."""
+"""Below this the exact logarithm is replaced by its tangent there: finite, and similar to the smooth one."""
 MIN_NORM = 1e-12
 """Guard of exact divisions by a norm."""
 ROUND_NORM = 1e-4
@@ -21,7 +21,7 @@ ROUND_NORM = 1e-4
 
 
 class Ops(Protocol):
-    """What an equation may use."""
+    """The operations that a term or constraint may use."""
 
     def sum(self, x: Any) -> Any: ...  # noqa: D102
     def stack(self, *parts: Any) -> Any: ...  # noqa: D102
@@ -49,7 +49,7 @@ class Smooth:
     deviation: Any
     exponent: Any
     lift: Callable[..., Any] = lambda name, value, **_: value
-    """that of `sgnlp.program.lifting`, for what shortens derivatives"""
+    """lifting of `sgnlp.program.lifting`, for quantities that shorten derivatives"""
 
     def sum(self, x: ca.SX) -> ca.SX:
         """Sum of all elements."""
@@ -86,7 +86,8 @@ class Smooth:
         return self.collision * (top + ca.log(ca.exp(z - top) + ca.exp(-top)))
 
     def log(self, u: ca.SX) -> ca.SX:
-        """log((u + √(u² + 4η²))/2): log u for u ≫ η, and for u < 0 it still falls towards the cone."""
+        """log((u + √(u² + 4η²))/2): log u for u ≫ η; for u < 0 it is defined, and still has a slope towards the
+        cone."""
         return ca.log(self.log_width) + ca.asinh(u / (2 * self.log_width))
 
     def least(self, bound: ca.SX, f: ca.SX) -> ca.SX:
@@ -100,7 +101,7 @@ class Smooth:
         return first
 
     def residual(self, A: ca.SX) -> ca.SX:
-        """√(|a|² + w²) row by row (m,), the size of what is to vanish, w the width of forces."""
+        """√(|a|² + w²) row by row (m,), the size of a residual; w is the width of forces."""
         return ca.sqrt(ca.sum2(A**2) + self.force**2)
 
     def density(self, d: ca.SX, s: ca.SX) -> ca.SX:

@@ -1,7 +1,7 @@
 """An `Nlp` joined with a fitted surface: functions of (x, p) alone, as a solver calls them.
 
-The surface is evaluated once for each new x, however many of f, ∇f, g, J and H are asked for there, and no further than
-they need: f and g, all that a trial point of a line search is asked for, take a quarter of the work.
+The surface is evaluated once for each new x, for f, ∇f, g, J and H together, and only as far as needed: f and g, which
+a trial point of a line search needs, take a quarter of the work.
 """
 
 from collections.abc import Sequence
@@ -22,15 +22,15 @@ from sgnlp.surface.jets import Layout
 Array = NDArray[np.float64]
 
 ORDERS = 1 + 3
-"""Numbers of a raw jet of the mean that the first step gives: value and first derivatives."""
+"""Number of entries of the mean's raw jet from the first step: value and first derivatives."""
 
 
 class Surface:
-    """The jets of a fitted surface at the last points that were asked for.
+    """The jets of a fitted surface at the last points.
 
     The feet follow from the normals at the contacts; `metric` is the `jets` of the `Nlp`. `evaluations` counts the
-    points at which values were taken, `completions` those at which derivatives were. The last of `jets` are those of
-    the surroundings, `fields`, as far as `around` asks for them: an `Around` and its number of points.
+    points with values, `completions` those with derivatives. The last block of `jets` is that of the surroundings,
+    `fields`, for an `around`: an `Around` and its number of points.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class Surface:
         self.become(gpis, fields)
 
     def become(self, gpis: Gpis, fields: Fields | None = None) -> None:
-        """Take the place of another surface and of what stands around it; whoever calls for jets gets those of it."""
+        """Switch to another surface and other surroundings; from then on the jets are theirs."""
         layout = self.layout
         self._raw_jets = native.raw_jets(gpis, layout.uncertain, self._compiled)
         sizes = (layout.S, self.around_points, layout.m)
@@ -66,9 +66,10 @@ class Surface:
         self._complete = False
 
     def update(self, Z: Array, radii: Array, around: Array, complete: bool) -> None:
-        """Make `jets` those of `Layout.symbols()` at Z (Q - m, 3), radii (m) [m], and those `around` at points (P, 3).
+        """Update `jets` of `Layout.symbols()` at Z (Q - m, 3) [m] and radii (m) [m], and those at points `around` (P,
+        3).
 
-        Their derivatives are 0 unless they are asked for by `complete`, or were before at the same points.
+        Derivatives are 0 unless `complete`, now or in an earlier call at the same points.
         """
         asked = (Z.tobytes("F"), radii.tobytes(), around.tobytes("F"))
         new = asked != self._last
@@ -100,7 +101,7 @@ class Surface:
 
 
 class SurfaceJets(ca.Callback):
-    """Query points (Q - m, 3), pad radii (m), points around (P, 3) [m] → `jets`, complete or their values alone."""
+    """Query points (Q - m, 3), pad radii (m), points around (P, 3) [m] → `jets`, complete or only values."""
 
     def __init__(self, surface: Surface, complete: bool):
         ca.Callback.__init__(self)
@@ -125,12 +126,12 @@ class SurfaceJets(ca.Callback):
         return ca.Sparsity.dense(*self._surface.jets[i].shape)
 
     def has_eval_buffer(self) -> bool:
-        """Evaluated on raw memory: no conversion of 70 kB to and from CasADi matrices at every call."""
+        """It works on raw memory, without conversion of 70 kB to and from CasADi matrices at every call."""
         return True
 
     def eval_buffer(self, arguments: Sequence[Any], results: Sequence[Any]) -> int:
-        """Evaluate what is not known at these points."""
-        given, radii, around = (np.frombuffer(a or b"") for a in arguments)  # None where it is empty
+        """Evaluate the jets that are not known at these points."""
+        given, radii, around = (np.frombuffer(a or b"") for a in arguments)  # None if it is empty
         self._surface.update(given.reshape(3, -1).T, radii, around.reshape(3, -1).T, self._complete)
         for result, jets in zip(results, self._surface.jets, strict=True):
             if result is not None:
@@ -160,7 +161,7 @@ class Oracle(Functions):
     surface: Surface
     terms: ca.Function
     callbacks: tuple[ca.Callback, ...]
-    """CasADi holds no reference to them."""
+    """Kept here, since CasADi holds no reference to them."""
 
     def values(self, x: Array, p: Array) -> Array:
         """g (ng,) at x (nx,) and p."""
@@ -168,9 +169,9 @@ class Oracle(Functions):
 
 
 def join(nlp: Nlp, gpis: Gpis, compiled: bool = True, fields: Fields | None = None) -> Oracle:
-    """The oracle of an `Nlp` over a fitted surface and what stands around it.
+    """The oracle of an `Nlp` with a fitted surface and its surroundings.
 
-    The surface's jets are taken in C if `compiled` and there is a compiler.
+    The surface's jets are computed in C if `compiled` and there is a compiler.
     """
     around = nlp.structure.around, int(nlp.points.size1_out(2))
     surface = Surface(gpis, nlp.layout, nlp.jets, compiled, around, fields)

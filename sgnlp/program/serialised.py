@@ -1,4 +1,4 @@
-"""The functions of a program as bytes, and read again: the same instructions in the same order, so the same bits."""
+"""Writes the functions of a program as bytes and reads them: same instructions in the same order, so the same bits."""
 
 import json
 
@@ -8,7 +8,7 @@ from sgnlp.program.nlp import FUNCTIONS, Nlp
 
 
 def written(nlp: Nlp) -> bytes:
-    """The functions of a program and the sizes of its rows: dozens of megabytes, of which little is left compressed."""
+    """The functions of a program and the sizes of its rows: dozens of megabytes, which compress well."""
     serialiser = ca.StringSerializer()
     serialiser.pack([getattr(nlp, name) for name in FUNCTIONS])
     return f"{json.dumps(nlp.row_sizes)}\n{serialiser.encode()}".encode()

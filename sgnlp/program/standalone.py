@@ -40,13 +40,13 @@ def functions(nlp: Nlp, gpis: Gpis, p: Array) -> dict[str, ca.Function]:
 
 
 def blocks(nlp: Nlp, gpis: Gpis, x: ca.MX, p: ca.MX, complete: bool) -> list[ca.MX]:
-    """The blocks of `Layout.symbols()`; without derivatives where CasADi is to find them itself.
+    """The blocks of `Layout.symbols()`; without derivatives if CasADi finds them itself.
 
-    Raises `InputError` for a program among obstacles or with regions, whose distances are no expression of CasADi.
+    Raises `InputError` for a program with obstacles or regions, whose distances are not CasADi expressions.
     """
     layout = nlp.layout
     if nlp.structure.around != ALONE:
-        raise InputError("a program with obstacles or regions does not stand alone: leave them out")
+        raise InputError("a program with obstacles or regions cannot be exported: leave them out")
     given, depths, _ = nlp.points(x, p)
     m, before = layout.m, layout.before_feet
     slopes = Posterior(gpis, given[:m, :]).gradient()

@@ -1,4 +1,4 @@
-"""What the symbolic functions of a program depend on: they are built and compiled once for each structure."""
+"""The structure of a program: its symbolic functions are built and compiled once for each structure."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,20 +13,21 @@ from sgnlp.program.terms.term import Term
 from sgnlp.program.variables import AtContact, Variables, common
 
 OURS = "sgnlp.program."
-"""Where what is built in comes from; its source is in the key of compiled functions anyway."""
+"""The package of built-in parts; its sources are in the key of compiled functions anyway."""
 
 
 @dataclass(frozen=True)
 class Structure:
-    """All that the symbolic functions depend on, beside the hand: all terms and constraints of the plan, no numbers."""
+    """All that the symbolic functions depend on besides the hand: terms and constraints of the plan, without
+    numbers."""
 
     formulation: Formulation
     samples: int
     density: str
     equilibrium: str
-    at_contact: AtContact  # the variables of the hand at first contact that the program has
-    terms: tuple[Term, ...]  # of weight 1
-    constraints: tuple[Constraint, ...]  # without bounds
+    at_contact: AtContact  # which variables of the hand at first contact the program has
+    terms: tuple[Term, ...]  # terms with weight 1
+    constraints: tuple[Constraint, ...]  # constraints without bounds
     around: Around = ALONE
 
     def variables(self, hand: Hand) -> Variables:
@@ -40,21 +41,21 @@ class Structure:
 
     @property
     def rows(self) -> tuple[Constraint, ...]:
-        """The constraints whose rows the program has."""
+        """The constraints that are rows of the program."""
         return self.formulation.constraints(self.constraints)
 
     def of(self, hand: Hand) -> Hand:
-        """The hand as its programs have it: on the arm, or alone."""
+        """The hand in its programs: on the arm, or alone."""
         return hand if self.around.carried else hand.alone or hand
 
     @property
     def inner(self) -> "Structure":
-        """The structure whose functions this one's program wraps: its own, if it has some."""
+        """The structure whose functions this one's program wraps; itself if it has its own."""
         return replace(self, formulation=self.formulation.inner)
 
     @property
     def key(self) -> str | None:
-        """A text that differs wherever the functions may; None if a part of them has no source that is known."""
+        """A text that differs whenever the functions may differ; None if the source of a part is not known."""
         parts = [_key(self.formulation, type(self.formulation).__module__)]
         parts += [_key(term, type(term).__module__) for term in self.terms]
         parts += [_key(c, getattr(c.value, "__module__", None) or "") for c in self.constraints]
@@ -80,7 +81,7 @@ def structure(
 ) -> Structure:
     """The structure of a formulation of a plan's terms and constraints.
 
-    Raises `InputError` if the formulation cannot say what the settings ask for.
+    Raises `InputError` if the formulation does not support the settings.
     """
     formulation.check(settings)
     contact, closing = settings.contact, settings.closing

@@ -5,7 +5,8 @@ joint, of its Jacobian:
 
     ∂J_j/∂δ_k = ∂J_k/∂δ_j = a_j × J_k,     ∂²J_j/∂δ_k∂δ_l = a_j × (a_k × J_l),     0 for a prismatic joint j
 
-So no third derivative of the forward kinematics is taken. How the wrist turns is in the forces, as the hand feels them.
+So no third derivative of the forward kinematics is needed. The turn of the wrist enters through the forces, which are
+expressed in the hand's frame.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,11 +21,11 @@ from sgnlp.hand.kinematics import Frames
 from sgnlp.program.lifting import Lifting
 
 ORDERS = (1, 2, 3)
-"""Joints that a column and its first and second derivatives have to do with."""
+"""Numbers of joints that a column and its first and second derivatives refer to."""
 
 
 class TipTorques:
-    """The torques of a hand's joints whose coordinates are displaced by `turns` (n,) from where its frames are."""
+    """The torques of a hand's joints, which are displaced by `turns` (n,) from its frames."""
 
     def __init__(self, hand: Hand, frames: Frames, turns: ca.SX, lifting: Lifting):
         self._model, self._turns = hand.model, turns
@@ -35,7 +36,7 @@ class TipTorques:
         self._columns = [{which: next(rows) for which, _ in each} for each in known]
 
     def __call__(self, felt: ca.SX) -> ca.SX:
-        """Σ Jᵀf (n,) [N m] for forces (m, 3) [N] as the hand feels them."""
+        """Σ Jᵀf (n,) [N m] for forces (m, 3) [N], expressed in the hand's frame."""
         torques = [ca.SX(0)] * self._model.nq
         for i, joints in enumerate(self._fingers):
             for j, joint in enumerate(joints):
@@ -61,7 +62,7 @@ def _joints(model: pin.Model, link: str) -> list[int]:
 
 
 def _derivatives(frames: Frames, joints: Sequence[int], point: ca.SX) -> Iterator[tuple[tuple[int, ...], ca.SX]]:
-    """The columns at a point (1, 3) and their derivatives (1, 3), by the joints that they have to do with, in order."""
+    """The columns at a point (1, 3) and their derivatives (1, 3), by the joints that they refer to, in order."""
     about = [frames.about[joint - 1, :] for joint in joints]
     arms = [point - frames.pivots[joint - 1, :] for joint in joints]
     columns = [frames.along[joint - 1, :] + ca.cross(a, r) for joint, a, r in zip(joints, about, arms, strict=True)]

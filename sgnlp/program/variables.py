@@ -1,10 +1,10 @@
-"""The variables of a nonlinear program: in which order they stand, their units, and what they are of a grasp.
+"""The variables of a nonlinear program: their order, their units, and their meaning in a grasp.
 
     x = (v (6 + n), o (3 m), k (m) | c (m), w (n), q (a), q_s (a), q_l (a) | the formulation's own) / units
 
-The first block is that of every program. The second is there where the hand at first contact is planned: how far along
-its way each finger touches, if that is free, and the joints at first contact, with the same wrist. Its last part is
-that of an arm that carries the hand: its joints at the pregrasp, at the stand-off and with the object lifted.
+The first block is in every program. The second has, if the hand at first contact is planned, c of each finger (if it is
+free) and the joints at first contact, with the same wrist; and, if an arm carries the hand, the arm's joints at the
+pregrasp, at the stand-off and with the object lifted.
 """
 
 from dataclasses import dataclass, field
@@ -36,13 +36,13 @@ class Variables:
 
 @dataclass(frozen=True)
 class AtContact:
-    """Which variables of the hand at first contact a program has; it always has those of an arm."""
+    """Which variables of the hand at first contact a program has; an arm's variables are always included."""
 
     joints: bool = False
     c: bool = False
 
     def of(self, hand: Hand) -> Variables:
-        """c of each finger and the joints of the hand, as far as they are variables, and the arm's, if there is one."""
+        """c of each finger and the joints of the hand, if they are variables, and the arm's, if there is one."""
         names, arm = contact_names(hand, self.c, self.joints), arm_names(hand)
         return Variables((*names, *arm), np.array([1.0] * len(names) + [UNIT] * len(arm)))
 
@@ -65,7 +65,7 @@ def common(hand: Hand) -> Variables:
 
 @dataclass(frozen=True, eq=False)
 class Posture:
-    """What variables stand for: a pregrasp with its springs, and the hand at first contact where it is planned."""
+    """The meaning of the variables: a pregrasp with its springs, and the hand at first contact if it is planned."""
 
     wrist: Array  # (7,) x y z [m] qx qy qz qw
     joints: Array  # (n,) [rad]
@@ -77,9 +77,10 @@ class Posture:
 
 
 def posture(hand: Hand, at: AtContact, seed: tuple[Array, Array], x: Array, c: float) -> Posture:
-    """What scaled x (nx,) stand for about a seed pose (wrist (7), joints (n)); `c` is that of fixed fingers.
+    """The posture of scaled variables x (nx,) relative to a seed pose (wrist (7), joints (n)); `c` applies if c is
+    fixed.
 
-    Variables of the formulation's own are left out.
+    The formulation's own variables are ignored.
     """
     n, m = len(hand.joint_names), len(hand.fingers)
     units = variable_units(hand)

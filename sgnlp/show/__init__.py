@@ -1,5 +1,5 @@
 """Tables, figures, three-dimensional views and reports.
 
-Plans, results and rows come in; texts, pictures and pages go out. Nothing is printed here. It knows the rooms before
-it, `planning` and `simulation` among them.
+Plans, results and rows come in; texts, pictures and pages go out. Nothing is printed here. It imports from the rooms
+before it, among them `planning` and `simulation`.
 """

@@ -1,7 +1,7 @@
-"""Where the camera of a view stands, and where its labels are.
+"""The camera of a view, and the places of its labels.
 
-A camera is three rows: right, up and towards the viewer. It looks at the middle of a ball around hand and object from a
-distance at which the ball fills `FILL` of the view; with the labels' rows below it, all is in the view.
+A camera is a matrix with three rows: right, up and towards the viewer. It looks at the centre of a ball around hand and
+object, from a distance at which the ball fills `FILL` of the view. The rows of labels below the ball are in view too.
 """
 
 from collections.abc import Iterable
@@ -13,13 +13,13 @@ from sgnlp.base.arrays import Array
 from sgnlp.show.scene_parts import HAND, SURFACE, TABLE, Scene, Shape
 
 AZIMUTH, ELEVATION = -55.0, 22.0
-"""From where a view is seen at first [deg]: three quarters from the front, from above."""
+"""Azimuth and elevation of the first view [deg]: from the front at an angle, and from above."""
 FIELD = 45.0
-"""Angle that a view spans from bottom to top [deg]; Plotly's camera has no other."""
+"""Vertical field of view [deg], which is fixed in Plotly."""
 FILL = 0.85
 """Share of the view's shorter side that the ball around hand and object fills."""
 ROWS, GAP, ROW = 2, 0.07, 0.065
-"""Rows of labels, how far the first is below hand and object, and from row to row, over the height of these."""
+"""Number of rows of labels; distance of the first row below hand and object, and between rows, over their height."""
 
 
 def axes_of_view(azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> Array:
@@ -31,7 +31,7 @@ def axes_of_view(azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> Arra
 
 
 def placed(scene: Scene, rank: int, stage: int) -> list[Shape]:
-    """The shapes of a grasp's stage in the world."""
+    """The shapes of a grasp at a stage, in the world frame."""
     view = scene.views[rank]
     at = view.stages[stage]
     shapes = [_moved(link, T[:3, :3], T[:3, 3]) for link, T in zip(scene.links, view.links, strict=True)]
@@ -45,7 +45,7 @@ def _moved(shape: Shape, rotation: Array, translation: Array) -> Shape:
 
 
 def seen(shapes: Iterable[Shape]) -> Array:
-    """The vertices (N, 3) of hand and object, without the table; of all shapes where there are neither."""
+    """The vertices (N, 3) of hand and object, without the table; of all shapes if there is neither."""
     shapes = list(shapes)
     chosen = [s.vertices for s in shapes if s.layer in (HAND, SURFACE)] or [
         s.vertices for s in shapes if s.layer != TABLE
@@ -54,7 +54,7 @@ def seen(shapes: Iterable[Shape]) -> Array:
 
 
 def ball(points: Array) -> tuple[Array, float]:
-    """Centre (3,) and radius [m] of a ball around points (N, 3): about the middle of their box."""
+    """Centre (3,) and radius [m] of a ball around points (N, 3); the centre is the middle of their bounding box."""
     centre = (points.min(axis=0) + points.max(axis=0)) / 2
     return centre, float(np.linalg.norm(points - centre, axis=1).max())
 
@@ -62,7 +62,7 @@ def ball(points: Array) -> tuple[Array, float]:
 def beside(shown: Array, places: Array) -> Array:
     """Where labels of places (m, 2) stand: in rows below everything shown (N, 2), from left to right as their places.
 
-    What is returned, (m, 2), is the middle of the upper edge of each.
+    Returns the middle (m, 2) of the upper edge of each label.
     """
     low, high = shown.min(axis=0), shown.max(axis=0)
     count, height = len(places), float((high - low).max())

@@ -1,4 +1,4 @@
-"""Tables that cut no number and lose no word: where columns do not fit side by side, each row is a block of lines."""
+"""Tables that never cut off text: if the columns do not fit side by side, each row becomes a block of lines."""
 
 from rich import table
 from rich.console import Console, ConsoleOptions, RenderResult
@@ -8,16 +8,16 @@ from rich.text import Text
 GAP = 2
 """Blanks between two columns."""
 PROSE = 10
-"""A column without a digit may be as narrow as this; what is longer there is folded, inside a word too."""
+"""Least width of a column without digits; longer texts there are folded, even inside a word."""
 INDENT = 2
-"""Of what stands below the first cell of a block."""
+"""Indentation of the lines below the first cell of a block."""
 
 
 class Table(table.Table):
     """A table without lines, its first column to the left and the others to the right.
 
-    On a wide terminal each column is as wide as it wants; on a narrower one cells are folded between words; where even
-    the longest words do not fit beside each other, every row is a block: the first cell, below it `header: value`.
+    On a wide terminal each column has its natural width. On a narrower one cells are folded between words. If even the
+    longest words do not fit side by side, every row is a block: the first cell, and below it lines `header: value`.
     """
 
     def __init__(self, title: str, *headers: str):
@@ -42,7 +42,8 @@ class Table(table.Table):
                 column.width = None
 
     def _fitted(self, console: Console, options: ConsoleOptions) -> list[int | None] | None:
-        """Widths that cut no number, as near to the wanted ones as there is room; None if there is too little."""
+        """Widths that cut off no number, as near to the natural ones as the room allows; None if there is too
+        little."""
         wide = options.update(width=10**6)
         measured = [
             [Measurement.get(console, wide, cell) for cell in (column.header, *column.cells)] for column in self.columns
@@ -58,7 +59,7 @@ class Table(table.Table):
         if room < 0:
             return None
         widths: list[int | None] = list(least)
-        for i in sorted(range(len(least)), key=lambda i: wanted[i] - least[i]):  # those that lack least come first
+        for i in sorted(range(len(least)), key=lambda i: wanted[i] - least[i]):  # columns that lack least come first
             more = min(room, wanted[i] - least[i])
             widths[i], room = least[i] + more, room - more
         return widths

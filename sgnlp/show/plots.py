@@ -1,6 +1,6 @@
-"""Figures of studies and reports, described as data and drawn in greys, lines and hatches that survive a black printer.
+"""Figures of studies and reports, described as data, drawn in greys, lines and hatches that print in black and white.
 
-Matplotlib (the extra `plots`) is imported where it draws, and nowhere else.
+Matplotlib (the extra `plots`) is imported only inside the functions that draw.
 """
 
 import io
@@ -25,15 +25,15 @@ STYLES: tuple[tuple[str, Any, str], ...] = (
     ("0.45", (0, (8, 2)), "P"),
     ("0.3", (0, (3, 3)), "*"),
 )
-"""Grey level, line and marker of the series in their order; they repeat. None is paler than 0.55."""
+"""Grey level, line and marker of the series, in order and repeating. No grey is lighter than 0.55."""
 BARS = (("0.65", ""), ("1.0", "///"), ("0.85", "..."), ("1.0", "xxx"), ("0.45", "\\\\\\"))
-"""Face and hatch of bars, in the same order; all have black edges, and intervals are seen on all of them."""
+"""Face and hatch of bars, in the same order. All have black edges, and intervals are visible on all of them."""
 MARKERS = 10
-"""Markers on a line of many points, about."""
+"""Approximate number of markers on a line of many points."""
 CROWDED = 24
-"""Letters that fit below upright bars; with longer names the bars are horizontal."""
+"""Longest name that fits below upright bars [letters]; with longer names the bars are horizontal."""
 SUFFIXES = ("svg", "png")
-"""Of the files that a figure can be."""
+"""Suffixes of the files of a figure."""
 NAME_WIDTH, BAR_HEIGHT = 0.06, 0.22
 """Width of a letter beside a horizontal bar, and height of the bar with its gap [inch]."""
 
@@ -42,7 +42,7 @@ NAME_WIDTH, BAR_HEIGHT = 0.06, 0.22
 class Series:
     """Values y over x; `low` and `high`, where given, are the ends of their intervals.
 
-    A label that occurs in several panels should have the same place in each, for the place decides the style.
+    A label that occurs in several panels should have the same position in each, since the position decides the style.
     """
 
     label: str
@@ -73,7 +73,7 @@ class Panel:
 
     @property
     def lying(self) -> bool:
-        """Whether it is one series of bars whose names are too long to stand side by side."""
+        """Whether it is one series of bars whose names are too long to fit side by side."""
         return self.bars and len(self.series) == 1 and sum(len(str(x)) for x in self.series[0].x) > CROWDED
 
 
@@ -82,7 +82,7 @@ def draw(
 ) -> dict[str, bytes]:
     """The figure as files by suffix; the same panels give the same svg.
 
-    The caption is kept in the files, where programs that catalogue pictures look for it.
+    The caption is stored in the files' metadata.
 
     Raises:
         InputError: Matplotlib is not installed.
@@ -126,7 +126,7 @@ def _size(panel: Panel) -> tuple[float, float]:
 
 
 def _legend(figure: Any, columns: int) -> None:
-    """One legend below all panels, of every label once; none where there is one label."""
+    """One legend below all panels, with every label once; none if there is only one label."""
     pairs = (zip(*ax.get_legend_handles_labels(), strict=True) for ax in figure.axes)
     handles = {label: handle for pair in pairs for handle, label in pair}
     if len(handles) > 1:

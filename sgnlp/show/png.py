@@ -1,7 +1,7 @@
 """A scene as pictures: triangles, segments and points in one list, painted from back to front by Matplotlib.
 
 It needs neither screen nor OpenGL, and the same scene gives the same picture. Three cells are views from three sides,
-the fourth is the legend; a page that is narrow puts them below each other.
+the fourth is the legend. A narrow page puts them below each other.
 """
 
 import io
@@ -37,35 +37,35 @@ from sgnlp.show.scene_parts import (
 )
 
 AZIMUTHS, ELEVATION = (AZIMUTH, AZIMUTH + 90, AZIMUTH + 180), 20.0
-"""Three cameras, all from this far above [deg]."""
+"""Azimuths of three cameras, and the elevation of all [deg]."""
 SIZE, DPI, FONT = 4.6, 130, 9.5
-"""Of a cell [inch], dots per inch, and of the letters [point]."""
+"""Size of a cell [inch], dots per inch, and size of the letters [point]."""
 ROOM = 0.04
-"""Room around what is shown, over its size."""
+"""Margin around what is shown, over its size."""
 LIGHT = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
 AMBIENT = 0.6
 DOT = 4e-4
-"""Half the side of a point [m]; a segment is this wide for each pixel of its width over 4."""
+"""Half the side of a point [m]; a segment is a quarter of this wide for each pixel of its width."""
 FAINT = 0.25
-"""Points of the cloud are seen through, as what they lie on has to be seen."""
+"""Opacity of the cloud's points, so that the surface under them is visible."""
 MAP = "viridis"
-"""Colours of the deviation, which all see in the same order."""
+"""Colour map of the deviation; its order is clear to colour-blind readers too."""
 WIDE = (TABLE, OBSTACLES, ARM)
-"""Layers that may reach beyond the picture."""
+"""Layers that may extend beyond the picture."""
 MARKERS = {BALL: "o", CUBE: "s", DIAMOND: "D", FAN: "^", POINT: "."}
 """Matplotlib's markers for the glyphs of the legend that are one point."""
 
 
 @dataclass(frozen=True)
 class Picture:
-    """PNG cells of one size, the views and then the legend, with what they show."""
+    """PNG cells of equal size, the views and then the legend, with a text that says what they show."""
 
     title: str
     cells: tuple[bytes, ...]
 
 
 def drawable(*others: str) -> None:
-    """Raise `InputError` unless Matplotlib and the `others` are installed: before any work."""
+    """Raise `InputError` unless Matplotlib and the `others` are installed; called before any work."""
     missing = [name for name in ("matplotlib", *others) if find_spec(name) is None]
     if missing:
         raise InputError(f"pictures need {' and '.join(missing)}: pip install 'sgnlp[view]'")
@@ -134,7 +134,7 @@ def _view(shapes: Sequence[Shape], labels: Sequence[Label], azimuth: float, colo
     ax = figure.subplots()
     drawn = [_polygons(shape, camera, colours) for shape in shapes]
     polygons, depth, faces = (np.concatenate(parts) for parts in zip(*drawn, strict=True))
-    order = np.argsort(depth, kind="stable")  # the table, seen from above, is behind all
+    order = np.argsort(depth, kind="stable")  # the table, seen from above, is behind everything
     edges = faces[order].copy()
     edges[edges[:, 3] < 1] = 0.0  # seams show between opaque triangles alone
     ax.add_collection(PolyCollection(polygons[order], facecolors=faces[order], edgecolors=edges, linewidths=0.3))
@@ -146,7 +146,7 @@ def _view(shapes: Sequence[Shape], labels: Sequence[Label], azimuth: float, colo
 
 
 def _fit(ax: Any, polygons: Array) -> None:
-    """The square that holds polygons (F, 4, 2) and the labels below; what reaches beyond it, of `WIDE`, is cut off."""
+    """Set the axes to a square around polygons (F, 4, 2) and the labels below; layers of `WIDE` may be cut off."""
     low, high = polygons.min(axis=(0, 1)), polygons.max(axis=(0, 1))
     size = float((high - low).max())
     low = low - np.array([0.0, (GAP + ROW * ROWS) * size])
@@ -156,7 +156,7 @@ def _fit(ax: Any, polygons: Array) -> None:
 
 
 def _name(ax: Any, labels: Sequence[Label], shown: Array, camera: Array) -> None:
-    """The labels below everything shown (N, 2), each with a line to its place, and those that stand where they are."""
+    """Draw the labels: below everything shown (N, 2) with a line to their place, or at the place itself."""
     places = np.reshape([label.place for label in labels], (-1, 3)) @ camera[:2].T  # (m, 2)
     away = [i for i, label in enumerate(labels) if not label.here]
     for i, at in zip(away, beside(shown, places[away]), strict=True):
@@ -171,7 +171,7 @@ def _name(ax: Any, labels: Sequence[Label], shown: Array, camera: Array) -> None
 
 
 def _legend(scene: Scene, scale: Any) -> bytes:
-    """Every symbol with what it stands for, the fingers' colours, and the scale of the deviation."""
+    """Every symbol with its meaning, the fingers' colours, and the scale of the deviation."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D

@@ -1,4 +1,4 @@
-"""Planned grasps as a scene: what a view shows of each, and the stages of the grasping motion.
+"""Planned grasps as a scene: the parts of each view, and the stages of the grasping motion.
 
 The object's motion has stages: the pregrasp, the first contact, and steps to the equilibrium. With p̄ the middle of the
 contacts, it turns by exp(s log R) about p̄ while p̄ moves by s (R p̄ + t - p̄), s from 0 to 1. The hand stays at the
@@ -27,11 +27,11 @@ from sgnlp.show.scene_parts import ARM, CLOUD, CONTACTS, HAND, NORMALS, SPRINGS,
 from sgnlp.show.scene_shapes import ARROW, axes, coil, cone, segments, solid, spheres, surface, table
 
 HAND_OPACITY = 0.35
-"""The hand is transparent: object, contacts and springs are behind it."""
+"""Opacity of the hand, so that object, contacts and springs behind it are visible."""
 DOT, TARGET = 0.003, 0.004
 """Radius of a contact and of a target [m]."""
 GAIN_WIDTH = 60.0
-"""Gain of a spring that is drawn one pixel wide [N/m]."""
+"""Gain for each pixel of a spring's width [N/m]."""
 STEPS = 5
 """Stages from first contact to equilibrium."""
 
@@ -44,12 +44,12 @@ def scene(
     notes: Sequence[str] = (),
     motion: Trajectory | None = None,
 ) -> Scene:
-    """The scene of grasps; without the `problem`, whose surface it shows, and with no points, of the grasps alone.
+    """The scene of grasps. It shows the surface of the `problem`, and the points; without both, the grasps alone.
 
-    `motion` is that of one of them.
+    `motion` is the motion of one of the grasps.
 
     Raises:
-        InputError: there is no grasp to be shown, or scikit-image, which finds the surface, is not installed.
+        InputError: there is no grasp to show, or scikit-image, which extracts the surface, is not installed.
     """
     if not len(grasps):
         raise InputError("the result has no grasps to show")
@@ -73,10 +73,10 @@ def scene(
 
 
 def links(hand: Hand, opacity: float = HAND_OPACITY) -> tuple[Shape, ...]:
-    """The links' meshes in their own frames, dark ones lightened; what a pad is on has the colour of its finger.
+    """The links' meshes in their own frames, dark ones lightened. A link with a pad has the colour of its finger.
 
     Raises:
-        InputError: a mesh of the URDF is not there, or is none.
+        InputError: a mesh of the URDF is missing, or cannot be read.
     """
     colours = {finger.frame: palette.finger(i) for i, finger in enumerate(hand.fingers)}
     meshes = zip(*link_meshes(hand), mesh_links(hand), strict=True)
@@ -87,7 +87,7 @@ def links(hand: Hand, opacity: float = HAND_OPACITY) -> tuple[Shape, ...]:
 
 
 def arm_links(hand: Hand) -> tuple[Shape, ...]:
-    """The same of the arm that carries the hand; none without one."""
+    """The meshes of the arm that carries the hand, likewise; empty without an arm."""
     if hand.arm is None:
         return ()
     return tuple(
@@ -97,7 +97,7 @@ def arm_links(hand: Hand) -> tuple[Shape, ...]:
 
 
 def view(grasps: Grasps, rank: int, hand: Hand, problem: Problem | None) -> View:
-    """What belongs to one grasp."""
+    """The view of one grasp."""
     g = {name: getattr(grasps, name)[rank] for name in ("wrist", "joints", "contact_points", "normals", "targets")}
     friction = float(grasps.meta["settings"]["contact"]["friction"])
     shapes = []

@@ -1,4 +1,4 @@
-"""What stands around the object, as shapes of a view: obstacles, and regions to stay off and to touch."""
+"""The surroundings of the object as shapes of a view: obstacles, regions to avoid and regions to touch."""
 
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
@@ -15,9 +15,9 @@ from sgnlp.show.scene_parts import AVOID, OBSTACLES, TOUCH, Shape
 from sgnlp.show.scene_shapes import TABLE_HALF
 
 SIDES, BALL_POINTS = 32, 200
-"""Sides of a cylinder and vertices of a ball that is drawn."""
+"""Sides of a cylinder and vertices of a ball, as drawn."""
 BOUNDLESS = 1.0
-"""Half extent from which a box is drawn as the part of its face that is near the object [m]."""
+"""A box with at least this half extent [m] is drawn as the part of its face that is near the object."""
 
 
 class _Look(NamedTuple):
@@ -34,7 +34,7 @@ LOOKS: Mapping[str, _Look] = {
 
 
 def around(surroundings: Surroundings, middle: Array) -> Iterator[Shape]:
-    """The shapes of what stands around an object at `middle` (3,) [m]."""
+    """The shapes of the surroundings of an object at `middle` (3,) [m]."""
     for kind, found in surroundings.kinds():
         layer, colour, opacity = LOOKS[kind]
         for each in found:
@@ -43,7 +43,7 @@ def around(surroundings: Surroundings, middle: Array) -> Iterator[Shape]:
 
 
 def _mesh(of: solids.Shape, middle: Array) -> tuple[Array, IntArray]:
-    """Vertices (U, 3) in the frame of a solid and faces; edges that its radius rounds are drawn sharp."""
+    """Vertices (U, 3) in the solid's own frame, and faces; edges that its radius rounds are drawn sharp."""
     half = of.half + of.radius
     if of.circular:
         made = meshes.cylinder(half[0], 2 * half[2], SIDES)
@@ -58,7 +58,7 @@ def _mesh(of: solids.Shape, middle: Array) -> tuple[Array, IntArray]:
 
 
 def _face(half: Array, middle: Array) -> tuple[Array, IntArray]:
-    """A part of the face of a box that is nearest to a point (3,) outside it, both in its frame."""
+    """A part of the box's face that is nearest to a point (3,) outside it, in the box's frame."""
     axis = int(np.argmax(np.abs(middle) - half))
     sizes, centre = np.minimum(half, TABLE_HALF), np.clip(middle, TABLE_HALF - half, half - TABLE_HALF)
     centre = np.where(half > TABLE_HALF, centre, 0.0)

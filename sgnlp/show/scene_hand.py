@@ -15,9 +15,9 @@ from sgnlp.show.scene_shapes import spheres
 from sgnlp.show.sheets import Sheet
 
 SPHERE_OPACITY = 0.25
-"""The meshes are seen through the spheres."""
+"""Opacity of the spheres, so that the meshes in them are visible."""
 ROOT_AXIS, TIP_AXIS, UP = 0.06, 0.03, 0.03
-"""Length of the axes at the root link and at the tips, and of the way up at a wrist start [m]."""
+"""Length of the axes at the root link and at the tips, and of the vertical at a wrist start [m]."""
 AXIS_WIDTH = 8.0
 """Of an axis [pixel]."""
 
@@ -26,7 +26,7 @@ def hand_scene(hand: Hand, examination: Examination) -> Scene:
     """The scene, with the findings as its table.
 
     Raises:
-        InputError: a mesh of the URDF is not there, or is none.
+        InputError: a mesh of the URDF is missing, or cannot be read.
     """
     lines = [(finding.check, finding.found, finding.verdict) for finding in examination.findings]
     sheet = Sheet("Checks", (("check", "found", ""), *lines))
@@ -52,7 +52,7 @@ def _view(hand: Hand, name: str, joints: np.ndarray, sheet: Sheet) -> View:
 
 
 def _axes(hand: Hand, joints: np.ndarray) -> list[Shape]:
-    """The frames of the root link and of the tips' links, at the origin and in the middles of the pads."""
+    """The frames of the root link, at its origin, and of the tips' links, at the centres of the pads."""
     data = hand.model.createData()
     pin.framesForwardKinematics(hand.model, data, joints)
     links = [hand.model.getFrameId(finger.frame, pin.FrameType.BODY) for finger in hand.fingers]
@@ -67,7 +67,7 @@ def _axes(hand: Hand, joints: np.ndarray) -> list[Shape]:
 
 
 def _starts(hand: Hand) -> list[Shape]:
-    """For each wrist start, the middle of the top face of the object's box and the world's z, seen from the root."""
+    """For each wrist start, the middle of the top face of the object's box and the world's z, in the root's frame."""
     poses = [pin.XYZQUATToSE3(start.pose(np.zeros(3), np.zeros(3))).inverse() for start in hand.wrist_starts]
     ends = [np.stack([pose.translation, pose.act(np.array([0.0, 0.0, UP]))]) for pose in poses]
     return [Shape(STARTS, line, np.array([[0, 1]]), palette.INK, width=AXIS_WIDTH) for line in ends]

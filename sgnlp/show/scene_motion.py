@@ -14,24 +14,24 @@ from sgnlp.show.scene_parts import SPRINGS, Frame, Stage
 from sgnlp.show.scene_shapes import segments
 
 MOST = 60
-"""Frames at most: a page stays light, and a browser draws 10 or so in a second."""
+"""Largest number of frames: the page stays small, and a browser draws about 10 in a second."""
 WIDTH = 4.0
-"""Of a spring that is drawn straight [pixel]."""
+"""Width of a spring that is drawn as a straight line [pixel]."""
 
 
 def frames(made: Trajectory, grasps: Grasps, hand: Hand) -> tuple[Frame, ...]:
-    """The frames of a trajectory of one of the grasps. Fingers that squeeze are drawn where they touch."""
+    """The frames of the trajectory of one of the grasps. While fingers squeeze they are drawn where they touch."""
     return tuple(_frame(made, grasps, hand, k) for k in chosen(made).tolist())
 
 
 def poses(hand: Hand, wrist: Array, joints: Array, arm_joints: Array) -> Array:
-    """Poses (L, 4, 4) of the meshes of a hand, and then those of its arm at joints (a,)."""
+    """Poses (L, 4, 4) of the meshes of the hand, followed by those of its arm at joints (a,)."""
     own, arm = link_poses(hand, wrist, joints), hand.arm
     return own if arm is None else np.concatenate([own, link_poses(arm, arm.base, arm_joints)])
 
 
 def chosen(made: Trajectory) -> IntArray:
-    """Which samples are shown: even in time, with the ends of all phases."""
+    """The samples that are shown: evenly spaced in time, and the end of each phase."""
     ends = made.ends
     return np.unique(np.concatenate([np.linspace(0, len(made) - 1, MOST - len(ends)).astype(int), ends]))
 
@@ -50,7 +50,7 @@ def _frame(made: Trajectory, grasps: Grasps, hand: Hand, k: int) -> Frame:
 
 
 def carried(made: Trajectory, grasps: Grasps, k: int) -> tuple[Array, Array]:
-    """How the object has moved (3, 3), (3,) at a sample: as far to its equilibrium as the squeeze has gone, and up."""
+    """The object's motion (3, 3), (3,) at a sample: to the equilibrium in step with the squeeze, and up."""
     rank, phase = int(made.meta["rank"]), made.phase[k]
     if phase in (APPROACH, CLOSE):
         return np.eye(3), np.zeros(3)

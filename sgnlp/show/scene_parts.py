@@ -1,4 +1,4 @@
-"""The parts of a view, for any backend that draws it: shapes, labels, stages, and the legend of their symbols."""
+"""The parts of a view, for any drawing backend: shapes, labels, stages, and the legend of their symbols."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,16 +16,16 @@ LAYERS = (
     *(HAND, SURFACE, OBJECT, CLOUD, CONTACTS, NORMALS, CONES, SPRINGS, FORCES, SPHERES, FRAMES, STARTS),
     *(ARM, OBSTACLES, AVOID, TOUCH, TABLE, AXES),
 )
-"""What can be switched on and off."""
+"""Layers, which can be switched on and off."""
 AXIS = 0.05
-"""Length of the axes that are drawn [m]."""
+"""Length of the drawn axes [m]."""
 NEWTON = 0.008
-"""Length of a force that is drawn, over the force [m/N]."""
+"""Drawn length of a force for each newton [m/N]."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """A line of the legend: a glyph in a colour, and what it stands for; `graded` is coloured by its values."""
+    """A line of the legend: a glyph in a colour, and its meaning; a `graded` one is coloured by its values."""
 
     layer: str
     glyph: str
@@ -57,12 +57,15 @@ LEGEND = (
     Entry(TABLE, PATCH, palette.PALE, "table"),
     Entry(AXES, LINE, palette.INK, f"directions of the world frame, {100 * AXIS:.0f} cm long"),
 )
-"""Every symbol that a view may have; where it is grey, it has the colour of its finger."""
+"""Every symbol that a view may have; a grey one here is drawn in the colour of its finger."""
 
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """Vertices joined to triangles (F, 3), segments (E, 2) or points (P, 1); `values` (U,) [mm] are for colours."""
+    """Vertices, and cells that join them: triangles (F, 3), segments (E, 2) or points (P, 1).
+
+    `values` (U,) [mm] of the vertices give their colours.
+    """
 
     layer: str
     vertices: Array  # (U, 3) [m]
@@ -82,7 +85,7 @@ class Label:
     place: tuple[float, ...]
     colour: Colour = palette.INK
     here: bool = False
-    """Whether the text stands at the place itself."""
+    """Whether the text is at the place itself."""
 
 
 def named(texts: Sequence[str], places: Array) -> list[Label]:
@@ -93,7 +96,7 @@ def named(texts: Sequence[str], places: Array) -> list[Label]:
 
 @dataclass(frozen=True, eq=False)
 class Stage:
-    """A state of the grasping motion: what moves with the object is at R x + t."""
+    """A state of the grasping motion: a point x of the object is at R x + t."""
 
     name: str
     rotation: Array  # (3, 3)
@@ -103,7 +106,7 @@ class Stage:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """A moment of the whole motion [s]: poses (L, 4, 4) of the hand's links, and where the object is."""
+    """A moment of the whole motion [s]: poses (L, 4, 4) of the hand's links, and the pose of the object."""
 
     time: float
     links: Array
@@ -112,7 +115,7 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """One grasp: poses (L, 4, 4) of the hand's links, what belongs to it alone, its stages, numbers and motion."""
+    """One grasp: poses (L, 4, 4) of the hand's links, its own shapes, its stages, numbers and motion."""
 
     title: str
     links: Array
@@ -125,7 +128,7 @@ class View:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Everything to be seen: links in their own frames, what all grasps share, and the grasps, best first."""
+    """A whole scene: links in their own frames, the shapes that all grasps share, and the grasps, best first."""
 
     name: str
     links: tuple[Shape, ...]

@@ -15,27 +15,27 @@ from sgnlp.show.scene_parts import AXES, AXIS, CONES, SPHERES, SURFACE, TABLE, L
 from sgnlp.surface.gpis import Gpis
 
 SURFACE_OPACITY = 0.45
-"""The surface is transparent: springs and targets are behind it."""
+"""Opacity of the surface, so that springs and targets behind it are visible."""
 GRID, MARGIN = 40, 0.015
-"""Cells along the longest side of the surface's grid, and what it reaches beyond the points [m]."""
+"""Cells along the longest side of the surface's grid, and the margin of the grid around the points [m]."""
 SHOWN_SHARE = 0.95
-"""Share of the deviations that the colours span: where the gradient vanishes, σ/|∇μ| has no bound."""
+"""Share of the deviations that the colour scale spans: where the gradient vanishes, σ/|∇μ| is unbounded."""
 CHUNK = 2048
 """Query points of the surface at a time."""
 TABLE_HALF, TABLE_CELLS = 0.18, 18
-"""Half edge of the table that is drawn [m], and its squares along an edge."""
+"""Half the edge of the drawn table [m], and its squares along an edge."""
 ARROW = 0.03
 """Length of a normal and cone [m]."""
 COIL_TURNS, COIL_POINTS, COIL_RADIUS = 9, 12, 0.004
 """Turns of a spring, points of a turn, radius [m]."""
 AXIS_WIDTH, AXIS_GAP, AXIS_LIFT = 4.0, 0.008, 0.002
-"""Width of an axis [pixel], how far its letter stands beyond its end, and it above the table [m]."""
+"""Width of an axis [pixel], distance of its letter beyond its end, and its height above the table [m]."""
 SOLIDS = {
     "ball": meshes.unit_sphere(80),
     "cube": meshes.box([1.6, 1.6, 1.6]),
     "diamond": meshes.hull(1.4 * np.vstack([np.eye(3), -np.eye(3)])),
 }
-"""Bodies of about the size of the unit ball, with different outlines."""
+"""Solids of about the size of the unit ball, with different outlines."""
 
 
 def surface(gpis: Gpis, box: Array) -> Shape:
@@ -43,7 +43,7 @@ def surface(gpis: Gpis, box: Array) -> Shape:
     try:
         from skimage.measure import marching_cubes
     except ImportError:
-        raise InputError("the surface is found by scikit-image: pip install 'sgnlp[view]'") from None
+        raise InputError("drawing the surface needs scikit-image: pip install 'sgnlp[view]'") from None
     low, high = box[0] - MARGIN, box[1] + MARGIN
     step = float((high - low).max()) / GRID
     axes = [np.arange(a, b + step, step) for a, b in zip(low, high, strict=True)]
@@ -66,7 +66,7 @@ def surface(gpis: Gpis, box: Array) -> Shape:
 
 
 def _chunked(function: Callable[[Array], Array], points: Array) -> Array:
-    """A function of points (Q, 3), evaluated a chunk at a time: it holds (Q, N) arrays."""
+    """A function of points (Q, 3), evaluated in chunks, because it needs arrays (Q, N)."""
     parts = [points[i : i + CHUNK] for i in range(0, len(points), CHUNK)]
     return np.concatenate([function(part) for part in parts])
 
@@ -83,7 +83,7 @@ def table(middle: Array, height: float) -> Shape:
 
 
 def coil(start: Array, end: Array) -> Array:
-    """A helix (P, 3) [m] from point to point (3,)."""
+    """A helix (P, 3) from one point (3,) to another [m]."""
     s = np.linspace(0, 1, COIL_TURNS * COIL_POINTS + 1)[:, None]
     angle = 2 * np.pi * COIL_TURNS * s
     across, up = _across(end - start)
@@ -109,7 +109,7 @@ def spheres(hand: Hand, wrist: Array, joints: Array, opacity: float = 0.35) -> l
 
 
 def _across(direction: Array) -> tuple[Array, Array]:
-    """Two unit vectors across a direction (3,) and each other."""
+    """Two unit vectors perpendicular to a direction (3,) and to each other."""
     axis = direction / max(float(np.linalg.norm(direction)), np.finfo(float).tiny)
     first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     first /= np.linalg.norm(first)

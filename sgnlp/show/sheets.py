@@ -1,4 +1,4 @@
-"""Tables as texts, for any page or terminal: fingers, energy, wrist and joints of a grasp, and simulations."""
+"""Tables of texts, for any page or terminal: fingers, energy, wrist and joints of a grasp, and simulations."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -14,11 +14,11 @@ from sgnlp.planning.cautions.plans import alike
 from sgnlp.planning.grasps import Grasps
 
 NOTHING = 1e-3
-"""In the units of tables, mm and N among them: a smaller value is shown as 0."""
+"""Smaller values are shown as 0, in the units of the tables, such as mm and N."""
 PRISMATIC = "JointModelP"
-"""How Pinocchio's names of joints that slide begin; of these, limits and positions are in metres."""
+"""Beginning of Pinocchio's names of prismatic joints, whose limits and positions are in metres."""
 BAR = re.compile(r"(?<!\\)\|")
-"""A bar that nothing escapes."""
+"""A bar without an escape before it."""
 
 
 @dataclass(frozen=True)
@@ -30,13 +30,13 @@ class Sheet:
 
 
 def markdown(rows: Sequence[Sequence[str]]) -> str:
-    """A Markdown table, its first row the heads; bars in its cells do not end them."""
+    """A Markdown table, its first row the heads; bars inside cells are escaped."""
     lines = [rows[0], ["---"] * len(rows[0]), *rows[1:]]
     return "\n".join("| " + " | ".join(BAR.sub(r"\\|", cell) for cell in line) + " |" for line in lines)
 
 
 def starts(summary: Mapping[str, Any], grasps: Grasps) -> Sheet:
-    """A row for each start of a plan, best first, by its summary; failures last."""
+    """A row for each start of a plan, best first, from its summary; failures last."""
     heads = ("start", "feasible", "margin", "ρ [N m]", "energy", "KKT", "iterations", "time [s]", "same as", "fails")
     firsts, rows = alike(grasps.contacts), [heads]
     for s in summary["starts_table"]:
@@ -54,7 +54,7 @@ def starts(summary: Mapping[str, Any], grasps: Grasps) -> Sheet:
 
 
 def _number(value: float | None) -> float:
-    """What JSON could not hold, null, was no number."""
+    """A number of the summary; null stands for NaN, which JSON cannot hold."""
     return float("nan") if value is None else value
 
 
@@ -69,7 +69,7 @@ def checks(found: Mapping[str, Mapping[str, Any]]) -> Sheet:
 
 
 def fingers(grasps: Grasps, rank: int) -> Sheet:
-    """Fingers with their gains, forces and margins, what lies between pad and surface, and their targets."""
+    """Fingers with their gains, forces, margins, gaps between pad and surface, and targets."""
     names = ("gains", "forces_eq", "margins_initial", "margins_equilibrium", "contact_distance", "contact_deviation")
     columns = zip(grasps.finger_names, *(getattr(grasps, n)[rank] for n in (*names, "targets")), strict=True)
     rows = [("finger", "gain [N/m]", "force [N]", "margin t0, eq", "gap [mm]", "±σ [mm]", "target [mm]")]
@@ -104,7 +104,7 @@ def wrist(grasps: Grasps, rank: int, hand: Hand) -> Sheet:
 
 
 def joints(grasps: Grasps, rank: int, hand: Hand) -> Sheet:
-    """Where the joints stand at the pregrasp, with their limits; those that turn in radians and degrees."""
+    """Joint positions at the pregrasp, with their limits; revolute joints in radians and degrees."""
     rows = [("joint", "position", "unit", "[deg]", "lower", "upper")]
     limits = dict(zip(hand.joint_names, zip(hand.lower, hand.upper, strict=True), strict=True))
     for name, q in zip(map(str, grasps.joint_names), grasps.joints[rank], strict=True):
@@ -117,10 +117,10 @@ def joints(grasps: Grasps, rank: int, hand: Hand) -> Sheet:
 
 
 def simulated(grasps: Sequence[Mapping[str, Any]]) -> Sheet:
-    """One row a simulated grasp, as `simulation.json` has it.
+    """One row for each simulated grasp of `simulation.json`.
 
-    "moved" is the object's motion before the last pad touched, "off plan" that of its equilibrium from the plan's.
-    "touched", there if anything was, is what hand, arm or object touched and should not.
+    "moved" is the object's motion before the last pad touched. "off plan" is the distance of its equilibrium from the
+    planned one. "touched" lists what hand, arm or object touched by mistake; the column is left out if there is none.
     """
     heads: tuple[str, ...] = ("grasp", "ending", "score", "strict", "rise", "slip", "pushes", "moved", "off plan")
     touched = [", ".join(sorted({k["hit"] for k in grasp.get("knocks", ())})) for grasp in grasps]

@@ -1,4 +1,4 @@
-"""A simulated grasp as a scene, of which `png` makes pictures: the end of each phase on the true object."""
+"""A simulated grasp as a scene for `png`: the end of each phase, with the true object."""
 
 from collections.abc import Sequence
 
@@ -20,9 +20,9 @@ from sgnlp.simulation.prepared import Prepared
 from sgnlp.simulation.world import World, world
 
 PHASES = ("approach", "pregrasp", "close", "lift", "hold")
-"""The phases that have a picture, each of its end."""
+"""The phases whose end has a picture."""
 OBJECT_OPACITY, HAND_OPACITY, FORCE_WIDTH = 0.4, 0.5, 8.0
-"""Springs end inside the object; width of a force [pixel]."""
+"""Opacities of object and hand, so that springs that end in the object are visible; width of a force [pixel]."""
 
 
 def scene(
@@ -33,7 +33,7 @@ def scene(
     name: str,
     obstacles: Sequence[solids.Shape] = (),
 ) -> Scene:
-    """A view for the end of each of the `PHASES` that was reached, with load and ending."""
+    """A view of the end of each of the `PHASES` that was reached, titled with load and ending."""
     hand, trace = told.hand, outcome.trace
     where = world(body, hand, told.command, settings, obstacles, told.route)
     thing = Shape(OBJECT, body.vertices, body.faces, palette.SKY, opacity=OBJECT_OPACITY, moves=True)
@@ -54,7 +54,7 @@ def ends(trace: Trace) -> dict[str, int]:
 
 
 def _view(trace: Trace, row: int, command: Command, hand: Hand, where: World, state: str, letters: list[Label]) -> View:
-    """What a sample of the trace shows; the targets go with the wrist."""
+    """The view of one sample of the trace; the targets move with the wrist."""
     q, tips, wrist = trace.qpos[row], trace.tips[row], trace.wrist[row]
     then, now = (pin.XYZQUATToSE3(np.asarray(pose, float)) for pose in (command.wrist, wrist))
     went = now * then.inverse()

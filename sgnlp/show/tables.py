@@ -20,7 +20,7 @@ COLOURED = {"yes": Text("yes", style="green"), "no": Text("no", style="red")}
 
 
 def legend(problem: Problem) -> list[str]:
-    """What each term of the energy rewards, and what each constraint bounds, a line each."""
+    """One line each: what every term of the energy rewards, and what every constraint bounds."""
     named = [[(p.name, p.about) for p in parts] for parts in (problem.terms, problem.constraints)]
     width = max(len(name) for parts in named for name, _ in parts)
     terms, constraints = ([f"  {name:{width}}  {about}" for name, about in parts] for parts in named)
@@ -28,7 +28,7 @@ def legend(problem: Problem) -> list[str]:
 
 
 def violations_table(s: Solution) -> Table:
-    """The constraints that a grasp does not satisfy, the worst first in the scales of the rows, and by how much."""
+    """The constraints that a grasp violates, and by how much; the worst in the scale of its row comes first."""
     table = Table(f"Start {s.start}, not satisfied", "constraint", "value", "limit", "by")
     for v in s.violations:
         numbers = (v.value, v.limit, abs(v.value - v.limit))
@@ -52,13 +52,13 @@ def tables(plan: Plan, summary: Mapping[str, Any]) -> list[Table]:
 
 
 def _without(head: str, sheet: Sheet) -> Sheet:
-    """A sheet without one of its columns, so that it fits a terminal of 80."""
+    """A sheet without one of its columns, so that it fits a terminal of 80 characters."""
     i = sheet.rows[0].index(head)
     return replace(sheet, rows=tuple((*row[:i], *row[i + 1 :]) for row in sheet.rows))
 
 
 def pose_lines(plan: Plan, s: Solution) -> list[str]:
-    """Where a grasp sends the wrist and the joints: `report.html` and `grasps.npz` have all digits and names."""
+    """Lines with the wrist pose and joints of a grasp; `report.html` and `grasps.npz` have all digits and names."""
     wrist = " ".join(f"{v:.3f}" for v in s.wrist)
     joints = " ".join(f"{q:.2f}" for q in s.joints)
     root = plan.problem.hand.root
@@ -73,7 +73,7 @@ def headline(plan: Plan) -> str:
 
 
 def hands_table(hands: Sequence[Listing]) -> Table:
-    """One row a hand: with its joints, + those that follow others, and what makes it usable."""
+    """One row for each hand: its joints, + joints that follow others, and what has to be installed for it."""
     rows: list[tuple[str, ...]] = [("name", "fingers", "joints", "description", "usable")]
     for hand in hands:
         joints = f"{hand.joints} + {hand.coupled}" if hand.coupled else str(hand.joints)
@@ -97,7 +97,7 @@ def facts_table(title: str, facts: dict[str, Any]) -> Table:
 
 
 def rows_table(title: str, lines: list[dict[str, str]], prose: str = "") -> Table:
-    """Lines of equal keys as a table; the column `prose` is text to read."""
+    """Lines with equal keys as a table; the column `prose` holds text that may be folded."""
     made = table(Sheet(title, (tuple(lines[0]), *(tuple(line.values()) for line in lines))))
     for column in made.columns:
         if column.header == prose:
@@ -114,7 +114,7 @@ def table(sheet: Sheet, title: str = "") -> Table:
 
 
 def markdown(lines: list[dict[str, str]]) -> str:
-    """Lines of equal keys as a Markdown table."""
+    """Lines with equal keys as a Markdown table."""
     return sheets.markdown([list(lines[0]), *(list(line.values()) for line in lines)]) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""A picture of a scene that was parted into clusters: from above, and as the camera saw it, with their numbers."""
+"""A picture of a scene with its numbered clusters: from above, and as the camera saw it."""
 
 import io
 from typing import Any
@@ -13,24 +13,24 @@ from sgnlp.show.png import drawable
 PANEL, DPI = 4.5, 120
 """Side of a panel [inch], and dots an inch."""
 DOT = 3
-"""Of a point from above [points²]."""
+"""Area of a drawn point, seen from above [points²]."""
 DRAWN = 20_000
-"""Most points of the table, and of each cluster, that are drawn from above."""
+"""Largest number of points of the table, and of each cluster, that are drawn from above."""
 REACH = 0.25
-"""[m] How far around the clusters the picture from above goes."""
+"""[m] Margin of the picture from above around the clusters."""
 NEAREST, FARTHEST = 0.02, 0.98
-"""Quantiles of the depths that are drawn lightest and darkest."""
+"""Quantiles of the depths that are drawn in the lightest and darkest grey."""
 DARKEST = 0.45
-"""Grey of the farthest."""
+"""Grey level of the farthest depth."""
 
 
 def colour(cluster: Cluster) -> Colour:
-    """The colour of a cluster; grey of one that is no object."""
+    """The colour of a cluster; grey if it is no object."""
     return GREY if cluster.fault else finger(cluster.number - 1)
 
 
 def picture(scene: Scene) -> bytes:
-    """A PNG of the first view, where it is an image, and of all points from above, in the world.
+    """A PNG of all points from above, in the world frame, and of the first view if it is an image.
 
     Raises:
         InputError: Matplotlib is not installed.

@@ -12,12 +12,12 @@ from sgnlp.simulation import Closing, Outcome, plain
 
 
 def simulation_table(outcomes: Sequence[Outcome]) -> Table:
-    """One row a simulated grasp, in the order of their ranks."""
+    """One row for each simulated grasp, in the order of their ranks."""
     return tables.table(sheets.simulated([plain(outcome) for outcome in outcomes]))
 
 
 def touches_table(outcome: Outcome, hand: Hand, planned: Array) -> Table:
-    """One row a finger of a simulated grasp; planned forces (m, 3) [N]."""
+    """One row for each finger of a simulated grasp; `planned` are the forces (m, 3) of the plan [N]."""
     columns = ("touches", "tip off", "force", "planned", "off by", "slip closing", "lifting")
     table = Table("First grasp, by finger; s, N and mm", "finger", *columns)
     closing, lift = outcome.closing, outcome.lift
@@ -39,7 +39,7 @@ def touches_table(outcome: Outcome, hand: Hand, planned: Array) -> Table:
 
 
 def closing_lines(outcome: Outcome) -> list[str]:
-    """What a closing did beside the plan, in words; nothing where the hand did not close."""
+    """How the closing differed from the plan, in sentences; empty if the hand did not close."""
     closing = outcome.closing
     if closing is None:
         return []
@@ -60,7 +60,7 @@ def closing_lines(outcome: Outcome) -> list[str]:
 
 
 def motion_lines(outcome: Outcome) -> list[str]:
-    """How the motion was followed, and what touched that should not, in words; nothing where there was neither."""
+    """How well the motion was followed, and unwanted touches, in sentences; empty if there was neither."""
     found, way = [], outcome.carriage
     if way is not None:
         off = [1e3 * value for value in (way.approach_off, way.closing_off, way.lift_off)]
@@ -77,7 +77,7 @@ def motion_lines(outcome: Outcome) -> list[str]:
 
 
 def _off_plan(closing: Closing) -> list[str]:
-    """How far the equilibrium is off the plan, as far as there is one."""
+    """How far the equilibrium is off the plan, for the quantities that are known."""
     found = []
     if closing.shift_error is not None and closing.turn_error is not None:
         found.append(f"object {1e3 * closing.shift_error:.1f} mm and {np.degrees(closing.turn_error):.1f}°")

@@ -1,6 +1,6 @@
-"""A scene as one HTML file that opens offline: the data, a page of our own, and the whole of plotly.js.
+"""A scene as one HTML file that opens offline: the data, our own page, and all of plotly.js.
 
-Plotly's Python package ships plotly.js whole. `sgnlp view` writes the file, or serves it to a browser.
+Plotly's Python package contains plotly.js. `sgnlp view` writes the file, or serves it to a browser.
 """
 
 import base64
@@ -19,7 +19,7 @@ from sgnlp.show.camera import FIELD, FILL, axes_of_view, ball, placed, seen
 from sgnlp.show.scene_parts import Scene, Shape, Stage
 
 REACH = 1.1
-"""Half the edge of the cube that is drawn, over what the first stage needs: in later ones the object moves."""
+"""Half the edge of the drawn cube, over what the first stage needs: in later stages the object moves."""
 
 
 def page(scene: Scene) -> str:
@@ -33,12 +33,12 @@ def page(scene: Scene) -> str:
     except ImportError:
         raise InputError("the page needs Plotly: pip install 'sgnlp[view]'") from None
     template = resources.files("sgnlp.show").joinpath("viewer.html").read_text(encoding="utf-8")
-    data = json.dumps(plain(scene)).replace("<", "\\u003c")  # no text may end the script
+    data = json.dumps(plain(scene)).replace("<", "\\u003c")  # no text in the data may close the script tag
     return template.replace("/*SCENE*/", data).replace("/*PLOTLY*/", get_plotlyjs())
 
 
 def server(content: str, port: int) -> ThreadingHTTPServer:
-    """What gives a browser the page at every address of a port, from `serve_forever` on.
+    """A server of the page, which answers at every address of a port once `serve_forever` is called.
 
     Raises:
         InputError: the port is not free.
@@ -55,16 +55,16 @@ def server(content: str, port: int) -> ThreadingHTTPServer:
                 self.wfile.write(body)
 
         def log_message(self, format: str, *arguments: Any) -> None:
-            """Nothing: the terminal is the command's."""
+            """Log nothing: the terminal belongs to the command."""
 
     try:
         return ThreadingHTTPServer(("", port), Handler)
     except (OSError, OverflowError) as error:
-        raise InputError(f"port {port} cannot be used ({error}); give another one (--port)") from None
+        raise InputError(f"port {port} cannot be used ({error}); choose another by --port") from None
 
 
 def plain(scene: Scene) -> dict[str, Any]:
-    """What the page is given: texts, numbers, and arrays as base64."""
+    """The data of the page: texts, numbers, and arrays as base64."""
     return {
         "name": scene.name,
         "kind": scene.kind,

@@ -1,7 +1,7 @@
-"""Whether a grasp holds: the hand, the table and the true object in MuJoCo.
+"""Tests whether a grasp holds: the hand, the table and the true object in MuJoCo.
 
 A planned grasp and the true surface of its object come in, an `Outcome` goes out: what happened in each phase, and the
-score. It knows the rooms before it, `hand` and `planning` among them.
+score. It imports from the rooms before it, among them `hand` and `planning`.
 
 >>> outcome = simulate(plan.best, observation, SimulationSettings(mass=0.3))
 >>> outcome.score, outcome.pushes_held

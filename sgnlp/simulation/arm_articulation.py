@@ -1,4 +1,4 @@
-"""The arm as MuJoCo moves it, from its URDF, and the servos of its joints."""
+"""The arm as a MuJoCo model, from its URDF, and the servos of its joints."""
 
 from typing import Any
 
@@ -10,19 +10,19 @@ from sgnlp.simulation.scene import SHOWN, touchable
 from sgnlp.simulation.settings import SimulationSettings
 
 ARM = "arm/"
-"""Prefix of all that comes from the arm's URDF."""
+"""Prefix of all names from the arm's URDF."""
 ARM_BIT = 2
-"""MuJoCo's type of contact of an arm's links: all others touch them, and they do not touch each other, since the hulls
-of links that are near each other overlap."""
+"""MuJoCo's contact type of an arm's links: they touch all other bodies, but not each other, since the hulls of
+neighbouring links overlap."""
 NEXT_TO_HAND = 2
-"""So many joints before the flange the links are too near the hand to count as touching it: hulls overlap there."""
+"""Number of joints before the flange whose links do not touch the hand: their hulls overlap with it."""
 
 
 def arm_articulation(arm: Arm, settings: SimulationSettings) -> Any:
     """A `mujoco.MjSpec` of the arm, its root link fixed, each link with the mass and inertia of the URDF.
 
-    The links collide as the convex hulls of what the URDF shows. The drives bear the weight of arm and hand, as those
-    of a real arm do, and all that a joint does stays within its effort.
+    The links collide as the convex hulls of their visual geometry. The servos compensate the weight of arm and hand, as
+    in a real arm, and the total torque of a joint stays within its effort.
     """
     spec = read(arm)
     spec.compiler.boundmass, spec.compiler.boundinertia = LEAST_MASS, LEAST_INERTIA
@@ -40,7 +40,7 @@ def arm_articulation(arm: Arm, settings: SimulationSettings) -> Any:
 
 
 def carry(spec: Any, arm: Arm, settings: SimulationSettings) -> Any:
-    """Put the arm at its base into a scene; the frame is where the root link of the hand goes."""
+    """Put the arm at its base into a scene; returns the frame that the hand's root link is attached to."""
     x, y, z, qx, qy, qz, qw = arm.base
     base = spec.worldbody.add_frame(pos=[x, y, z], quat=[qw, qx, qy, qz])
     spec.attach(arm_articulation(arm, settings), frame=base, prefix=ARM)
@@ -49,7 +49,7 @@ def carry(spec: Any, arm: Arm, settings: SimulationSettings) -> Any:
 
 
 def separate(spec: Any, arm: Arm, hand_links: list[str]) -> None:
-    """No contact between the hand and the links of the arm that it is next to."""
+    """Exclude contacts between the hand and the arm's links next to it."""
     near, link, joints = [], spec.body(ARM + arm.flange), 0
     while joints < NEXT_TO_HAND and link.name.startswith(ARM):
         near.append(link.name)
@@ -60,7 +60,7 @@ def separate(spec: Any, arm: Arm, hand_links: list[str]) -> None:
 
 
 def add_servos(spec: Any, arm: Arm) -> None:
-    """A position servo for each joint; `tune` gives it its gains."""
+    """Add a position servo for each joint; `tune` sets its gains."""
     import mujoco
 
     for name in arm.joint_names:
@@ -70,9 +70,9 @@ def add_servos(spec: Any, arm: Arm) -> None:
 
 
 def tune(model: Any, arm: Arm, qpos: np.ndarray, settings: SimulationSettings) -> None:
-    """Give the servos stiffness and critical damping, for the inertia that each joint has alone at a configuration.
+    """Set the servos' stiffness and critical damping for the diagonal of the inertia matrix at a configuration.
 
-    With the effort τ, the give g of the settings and the inertia M_jj, τ_j/g and 2 √(τ_j M_jj/g).
+    Stiffness τ_j/g and damping 2 √(τ_j M_jj/g), with the effort τ_j, the setting `arm_give` g and the inertia M_jj.
     """
     import mujoco
 

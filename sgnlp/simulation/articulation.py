@@ -1,4 +1,4 @@
-"""The hand as MuJoCo moves it, from its URDF."""
+"""The hand as a MuJoCo model, from its URDF."""
 
 import xml.etree.ElementTree as ElementTree
 from itertools import combinations
@@ -15,28 +15,28 @@ from sgnlp.simulation.scene import HIDDEN, SHOWN, impedance, touchable
 from sgnlp.simulation.settings import SimulationSettings
 
 OPTIONS = 'strippath="false" fusestatic="false" discardvisual="false" balanceinertia="true"'
-"""Of MuJoCo for reading a URDF."""
+"""Options of MuJoCo's URDF compiler."""
 WORLD = "world"
-"""MuJoCo's name for what does not move: a link of that name gets another."""
+"""MuJoCo's name of the fixed world: a link of this name is renamed."""
 STL_HEAD, STL_FACE, MOST_FACES = 84, 50, 200_000
-"""Bytes of a binary STL before its faces and of each of them, and how many of them MuJoCo reads."""
+"""Bytes of a binary STL before its faces and of each face, and the most faces that MuJoCo reads."""
 HULL_VERTICES = 64
-"""Vertices of a link's convex hull at most."""
+"""Most vertices of a link's convex hull."""
 TIP_SCALE = 0.99
-"""The shape of a tip is drawn back by this factor about its link's origin, so that the pad touches, not both."""
+"""A tip's mesh is shrunk by this factor about its link's origin, so that only the pad touches."""
 LEAST_MASS, LEAST_INERTIA = 1e-3, 1e-7
-"""Of a link that the URDF gives none [kg], [kg m²]."""
+"""Mass [kg] and inertia [kg m²] of a link without them in the URDF."""
 JOINT_IMPEDANCE = 0.999
-"""As `contact_impedance`, of the dry friction of joints, and of the coupling of mimic joints to those they follow: a
-joint that should stand turns by less than 1 mrad/s."""
+"""Impedance, as `contact_impedance`, of the joints' dry friction and of the coupling of mimic joints: a joint at rest
+creeps by less than 1 mrad/s."""
 
 
 def articulation(hand: Hand, settings: SimulationSettings) -> Any:
     """A `mujoco.MjSpec` of the hand, its root link fixed, gravity compensated.
 
-    The links collide as the convex hulls of what the URDF shows: its collision boxes reach past the pads, and count
-    only where a link shows nothing. Each tip has the pad of the hand's description, a sphere; each joint the effort,
-    and what mimics another joint that of the other.
+    The links collide as the convex hulls of their visual geometry. Collision geometry is used only for links without
+    visual geometry, since collision boxes reach past the pads. Each tip has the pad of the hand's file, a sphere. Each
+    joint has the effort of the hand's file, a mimic joint that of the joint that it follows.
     """
     spec = read(hand)
     spec.compiler.boundmass, spec.compiler.boundinertia = LEAST_MASS, LEAST_INERTIA
@@ -65,7 +65,7 @@ def centre(finger: str) -> str:
 
 
 def read(hand: Hand | Arm) -> Any:
-    """A `mujoco.MjSpec` of the URDF, with an asset for each file, scale and, drawn back, for those of the tips."""
+    """A `mujoco.MjSpec` of the URDF, with an asset for each file and scale, shrunk for those of the tips."""
     import mujoco
 
     robot = ElementTree.fromstring(hand.description)
@@ -98,7 +98,7 @@ def read(hand: Hand | Arm) -> Any:
 
 
 def _binary_stl(file: Path) -> bool:
-    """Whether a mesh is what MuJoCo reads itself: it has readers for fewer formats than what shows the hand."""
+    """Whether MuJoCo reads this mesh itself: it has readers for fewer formats than our views of the hand."""
     with file.open("rb") as stream:
         head = stream.read(STL_HEAD)
     count = int.from_bytes(head[-4:], "little")
@@ -106,9 +106,9 @@ def _binary_stl(file: Path) -> bool:
 
 
 def _solidify(link: Any, settings: SimulationSettings) -> None:
-    """Collide and weigh a link by all that the URDF shows of it.
+    """Give a link collision and inertia from its visual geometry.
 
-    Its mass is spread over them: the URDF's inertias are placeholders, some of no possible body.
+    Its mass is spread over that: the URDF's inertias are placeholders, and some are physically impossible.
     """
     solid = list(link.geoms)
     link.explicitinertial = not solid
@@ -118,7 +118,7 @@ def _solidify(link: Any, settings: SimulationSettings) -> None:
 
 
 def _cushion(spec: Any, finger: Finger, settings: SimulationSettings) -> None:
-    """Put the pad on a finger's tip, whose own shape draws back from it."""
+    """Put the pad on a finger's tip, whose own mesh is shrunk."""
     import mujoco
 
     tip, kind = spec.body(finger.frame), mujoco.mjtGeom.mjGEOM_SPHERE
@@ -131,7 +131,7 @@ def _cushion(spec: Any, finger: Finger, settings: SimulationSettings) -> None:
 
 
 def _couple(spec: Any, hand: Hand, settings: SimulationSettings) -> None:
-    """Tie each mimic joint to the one that it follows; what MuJoCo makes of the URDF's mimic tags is softer."""
+    """Tie each mimic joint to the one that it follows; MuJoCo's own coupling for mimic tags is softer."""
     import mujoco
 
     for made in list(spec.equalities):
@@ -154,9 +154,9 @@ def _gear(joint: Any, effort: float, settings: SimulationSettings) -> None:
 
 
 def _exclude(spec: Any) -> None:
-    """No contact between links of one finger, nor of the root link with the first two of a finger.
+    """Exclude contacts between links of one finger, and of the root link with the first two of a finger.
 
-    Joint limits keep these apart; their hulls overlap at the joints.
+    Joint limits keep these apart, but their hulls overlap at the joints.
     """
     root = spec.bodies[1].name
     for first, second in combinations(spec.bodies[1:], 2):

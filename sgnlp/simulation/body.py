@@ -1,4 +1,4 @@
-"""The true object: what is simulated, not what was seen."""
+"""The true object, which is simulated; the plan saw only its cloud."""
 
 import hashlib
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ class Body(Mesh):
 
 
 def body(vertices: ArrayLike, faces: ArrayLike, table_height: float = 0.0, name: str = "object") -> Body:
-    """A body from arrays (V, 3) [m] and (F, 3); raises `InputError` unless the surface is closed and faces outwards."""
+    """A body from vertices (V, 3) [m] and faces (F, 3). Raises `InputError` unless it is closed and faces outwards."""
     points, triangles = clouds.mesh(vertices, faces)
     made = Body(points, triangles.astype(np.int32), float(table_height), name)
     if made.open_edges:

@@ -1,4 +1,4 @@
-"""From the readings of the closing to what it did: who touched when and how hard, and how far from the plan."""
+"""Evaluates the readings of the closing: which part touched when and how hard, and how far off the plan."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +13,11 @@ Array = NDArray[np.float64]
 LOADED = 0.05
 """Least force of a pad that carries load [N]: a twentieth of the weight of the lightest object tried."""
 AT_LIMIT = 0.999
-"""Share of its effort from which a joint is at its limit."""
+"""Share of its effort at which a joint counts as being at its limit."""
 
 
 def closed(experiment: Experiment, readings: list[Reading], command: Command) -> Closing:
-    """What the closing did; the last of its `readings` is the equilibrium."""
+    """The result of the closing; the last of its `readings` is the equilibrium."""
     begin, end = experiment.begin, readings[-1]
     all_ = [begin, *readings]
     times, last = _touches(all_)
@@ -55,7 +55,7 @@ def closed(experiment: Experiment, readings: list[Reading], command: Command) ->
 def _touches(readings: list[Reading]) -> tuple[Array, int]:
     """The time (m,) of each pad's first touch, NaN if it never touches, and the index of the last pad's.
 
-    Where a pad never touches, that index is the end.
+    If a pad never touches, that index is the last reading.
     """
     touching = np.array([reading.touching for reading in readings])
     times = np.array([reading.time for reading in readings])
@@ -77,5 +77,5 @@ def _motion_errors(end: Reading, given: Array, command: Command) -> tuple[float 
 
 
 def _lengths(found: Array, planned: Array | None) -> Array | None:
-    """How far vectors (m, 3) are off planned ones (m,)."""
+    """The distances (m,) of vectors (m, 3) from the planned ones."""
     return None if planned is None else np.linalg.norm(found - planned, axis=1)

@@ -1,4 +1,4 @@
-"""What touches what, how deep and how hard."""
+"""Contacts: which parts touch, how deep and how hard."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class Touch:
 
 
 def touches(world: World, data: Any) -> Iterator[Touch]:
-    """The contacts of the object that bear a force."""
+    """The contacts of the object with a force."""
     import mujoco
 
     for i in range(data.ncon):
@@ -44,7 +44,7 @@ def touches(world: World, data: Any) -> Iterator[Touch]:
 
 
 def penetrations(world: World, data: Any) -> dict[str, float]:
-    """Deepest overlap [m] of the hand, or its arm, with object, table, obstacles and itself; 0 without any."""
+    """Deepest overlap [m] of the hand, or its arm, with object, table, obstacles and itself, by name; 0 if none."""
     deepest = {"object": 0.0, "table": 0.0, "self": 0.0, "obstacles": 0.0}
     for i in range(data.ncon):
         pair = set(data.contact[i].geom.tolist())
@@ -58,9 +58,10 @@ def penetrations(world: World, data: Any) -> dict[str, float]:
 
 
 def knocks(world: World, data: Any, phase: str) -> tuple[Knock, ...]:
-    """What touches where it should not: anything an obstacle, the arm anything, and the hand the object on approach.
+    """Unwanted touches: of anything with an obstacle, of the arm with anything, of the hand with the object on
+    approach.
 
-    Of contacts of the same parts, the deepest and the sum of the normal forces.
+    For contacts between the same parts: the greatest depth and the sum of the normal forces.
     """
     import mujoco
 
@@ -78,7 +79,7 @@ def knocks(world: World, data: Any, phase: str) -> tuple[Knock, ...]:
 
 
 def overlaps(world: World, data: Any) -> tuple[Knock, ...]:
-    """The same of what is put where it is, without forces: the pregrasp."""
+    """The same without forces, for the pregrasp, where hand and arm are placed, not moved."""
     found: dict[tuple[str, str, str], float] = {}
     for i, told in _unwanted(world, data, PREGRASP):
         found[told] = max(found.get(told, 0.0), -float(data.contact[i].dist))
@@ -86,7 +87,7 @@ def overlaps(world: World, data: Any) -> tuple[Knock, ...]:
 
 
 def _unwanted(world: World, data: Any, phase: str) -> Iterator[tuple[int, tuple[str, str, str]]]:
-    """The places of these contacts, with kind, part and what it touches."""
+    """The indices of these contacts, each with its kind, the part, and what it touches."""
     if not world.obstacles and not world.arm_geoms and phase != APPROACH:
         return
     for i in range(data.ncon):
@@ -97,7 +98,7 @@ def _unwanted(world: World, data: Any, phase: str) -> Iterator[tuple[int, tuple[
 
 
 def _told(world: World, one: int, other: int, phase: str) -> tuple[str, str, str] | None:
-    """Kind, part and what it touches, if that is told of."""
+    """Kind, part and what it touches; None if the touch is not reported."""
     for part, hit in ((one, other), (other, one)):
         if hit in world.obstacles:
             return OBSTACLE, world.link(part), world.obstacles[hit]

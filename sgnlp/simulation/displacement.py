@@ -1,4 +1,4 @@
-"""A hand that does not stand where the plan has it: an error of the calibration between camera and robot."""
+"""A hand beside its planned place: an error in the calibration between camera and robot."""
 
 from dataclasses import replace
 
@@ -17,9 +17,9 @@ Array = NDArray[np.float64]
 def displaced(command: Command, shift: Array, turn: Array) -> Command:
     """The command with the hand and all that moves with it turned by `turn` (3, 3), then shifted by `shift` (3,) [m].
 
-    Wrist, tips, targets and the tips and forces expected at the equilibrium move together. The turn is about the
-    middle of the pregrasp tips: about the wrist, a decimetre away, it would shift the tips too. The object is where it
-    was, so what is expected of its motion stays.
+    Wrist, tips, targets, and the expected tips and forces at the equilibrium move together. The turn is about the
+    middle of the pregrasp tips; about the wrist, a decimetre away, it would shift the tips too. The object and its
+    expected motion stay the same.
     """
     middle = command.tips.mean(axis=0)
 
@@ -39,9 +39,9 @@ def displaced(command: Command, shift: Array, turn: Array) -> Command:
 
 
 def erred(command: Command, settings: SimulationSettings) -> Command:
-    """The command as a hand carries it out whose place is wrong by the settings' errors, in directions of their seed.
+    """The command displaced by the settings' errors, in random directions of their seed.
 
-    The shift is horizontal, the axis of the turn any. The directions do not depend on how large the errors are.
+    The shift is horizontal, the axis of the turn arbitrary. The directions do not depend on the size of the errors.
     """
     if not (settings.place_error or settings.turn_error):
         return command
@@ -49,9 +49,9 @@ def erred(command: Command, settings: SimulationSettings) -> Command:
 
 
 def carried_wrong(hand: Hand, way: Route, command: Command, settings: SimulationSettings) -> tuple[Hand, Route]:
-    """The hand and its route with the same error: the base of an arm, or the way of a wrist that floats, goes along.
+    """The hand and its route with the same error: the base of an arm, or the path of a floating wrist, is displaced.
 
-    `command` is that of the plan.
+    `command` is the planned one.
     """
     if not (settings.place_error or settings.turn_error):
         return hand, way

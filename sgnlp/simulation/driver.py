@@ -1,4 +1,4 @@
-"""What moves the hand along a route: the servos of an arm, or a wrist that floats and goes as it is told."""
+"""Moves the hand along a route: by the servos of an arm, or as a floating wrist at the commanded speed."""
 
 from typing import Any
 
@@ -15,14 +15,14 @@ Array = NDArray[np.float64]
 
 
 class Driver:
-    """Carries the wrist to the coordinates of a leg, and knows where it was told to be.
+    """Moves the wrist along a leg, and knows its commanded pose.
 
-    A servo gets joints and speeds: τ = k (q* - q) + d (q̇* - q̇), on top of the weight of arm and hand. The wrist that
-    floats has so much inertia that it goes at the speed that is written into it.
+    A servo gets joints and speeds: τ = k (q* - q) + d (q̇* - q̇), on top of the weight of arm and hand. A floating
+    wrist has so much inertia that it keeps the speed that is written into it.
     """
 
     def __init__(self, world: World, data: Any, pregrasp: Array, settings: SimulationSettings) -> None:
-        """Tune the servos of an arm at the pregrasp (d,), where `data` is."""
+        """Tune the servos of an arm at the pregrasp (d,), the present state of `data`."""
         self.world, self.step, self.told = world, settings.timestep, pregrasp
         self._origin = world.wrist(data)[:3] - (pregrasp if world.arm is None else 0.0)
         if world.arm is not None:
@@ -32,7 +32,7 @@ class Driver:
             self._lead = -world.model.actuator_biasprm[names, 2] / world.model.actuator_gainprm[names, 0]
 
     def drive(self, data: Any, leg: Leg, time: float) -> None:
-        """What the next step is to do at a time [s] since the begin of a leg."""
+        """Command the next step, at a time [s] since the beginning of a leg."""
         self.told, speeds = leg.at(time)
         if self.world.arm is None:
             there = leg.at(time + self.step)[0]
@@ -49,7 +49,7 @@ class Driver:
             data.ctrl[self._servos] = leg.end
 
     def off(self, wrist: Array) -> float:
-        """How far the wrist (7,) is from where it was told to be [m]."""
+        """Distance of the wrist (7,) from its commanded place [m]."""
         arm = self.world.arm
         place = self._origin + self.told if arm is None else wrist_pose(arm, self.told)[:3]
         return float(np.linalg.norm(wrist[:3] - place))

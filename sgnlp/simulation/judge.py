@@ -36,11 +36,19 @@ def execute(
     obstacles: Sequence[Shape] = (),
     motion: Moving | None = None,
 ) -> Outcome:
-    """Carry out a grasp on the true object and judge it, the hand off by the settings' errors of its place.
+    """Carry out a grasp on the true object and judge it, with the hand displaced by the settings' errors.
 
-    `obstacles` stand fixed around the object. Along a `motion`, such as `Trajectory`, the hand comes from the stand-off
-    and rises, carried by its arm if it is on one; without a motion it floats at the pregrasp and rises by the settings.
-    The same arguments give the same bits.
+    `obstacles` are fixed around the object. With a `motion`, such as a `Trajectory`, the hand follows it from the
+    stand-off to the lift, on its arm if it has one. Without a motion it floats at the pregrasp and rises by the
+    settings. The same arguments give the same bits.
+
+    Args:
+        command: the grasp, as `sgnlp.control.command` makes it.
+        body: the true object, in the world frame.
+        hand: the hand, on its arm if it has one.
+        settings: mass, friction, control, phases and judgement.
+        obstacles: shapes in the world frame.
+        motion: samples of the wrist pose and of the arm's joints.
 
     Raises:
         InputError: the command does not fit the hand or the motion, or MuJoCo refuses the hand, its arm or the mesh.
@@ -88,7 +96,7 @@ def judge(experiment: Experiment, command: Command) -> Outcome:
 
 
 def _goes_on(readings: list[Reading], force: float) -> bool:
-    """Whether the next phase begins: nothing diverged, and the robot has not stopped because it hit something."""
+    """Whether the next phase begins: nothing diverged, and the robot has hit nothing at this force [N]."""
     return not readings or (readings[-1].finite and not _collided(readings[-1], force))
 
 
@@ -97,7 +105,7 @@ def _collided(reading: Reading, force: float) -> bool:
 
 
 def worst(readings: Iterable[Reading]) -> tuple[Knock, ...]:
-    """Of knocks of the same parts in a phase, the greatest depth and force, in the order in which they began."""
+    """One knock for the same parts in a phase, with the greatest depth and force, in the order in which they began."""
     found: dict[tuple[str, ...], Knock] = {}
     for knock in (knock for reading in readings for knock in reading.knocks):
         key = knock.phase, knock.kind, knock.part, knock.hit

@@ -1,4 +1,4 @@
-"""What stands around the object, fixed: boxes, balls, cylinders and half-spaces."""
+"""Fixed obstacles around the object: boxes, balls, cylinders and half-spaces."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -11,16 +11,16 @@ from sgnlp.simulation.scene import OBJECT, SHOWN, add_object, compiled, empty_sc
 from sgnlp.simulation.settings import SimulationSettings
 
 OBSTACLE = "obstacle/"
-"""Prefix of the bodies; a shape's own name may occur several times."""
+"""Prefix of the bodies' names; several shapes may have the same name."""
 OVERLAP = 1e-3
-"""What the object is deeper in than this [m] where it was given cannot be there: the two do not touch."""
+"""An obstacle does not touch the object if the object begins deeper in it than this [m]: it cannot really be there."""
 
 
 def add_obstacles(spec: Any, obstacles: Sequence[Shape], body: Body, settings: SimulationSettings) -> None:
     """Add the shapes to a scene with the object, grown by their radius; their edges are sharp.
 
-    They touch all but each other, the table, and the object where they reach into it: a box around what a camera saw is
-    rounded outwards.
+    They touch everything but each other, the table, and an object that they reach into: a box around what a camera saw
+    is rounded outwards.
     """
     _add(spec, obstacles, settings)
     for i in _reaching(obstacles, body, settings) if obstacles else ():
@@ -34,7 +34,7 @@ def _add(spec: Any, obstacles: Sequence[Shape], settings: SimulationSettings) ->
 
 
 def _reaching(obstacles: Sequence[Shape], body: Body, settings: SimulationSettings) -> list[int]:
-    """Which obstacles the object is in where it was given."""
+    """Indices of the obstacles that the object begins in."""
     import mujoco
 
     spec = empty_scene(body, settings)

@@ -1,4 +1,4 @@
-"""What a simulated grasp did."""
+"""The outcome of a simulated grasp, phase by phase."""
 
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any, Literal
@@ -14,44 +14,44 @@ PREGRASP = "pregrasp"
 OBSTACLE, ARM, EARLY = "obstacle", "arm", "approach"
 """Kinds of a knock."""
 THING = "object"
-"""What a knock calls the object."""
+"""Name of the object in a knock."""
 
 
 @dataclass(frozen=True)
 class Pregrasp:
-    """The hand, and the arm that carries it, as planned at the pregrasp, the object at rest on the table."""
+    """The planned pregrasp of hand and arm, with the object at rest on the table."""
 
-    penetration_object: float  # [m] deepest of the hand in the object
+    penetration_object: float  # [m] greatest depth of the hand in the object
     penetration_table: float  # [m]
     penetration_self: float  # [m]
-    penetration_obstacles: float  # [m] deepest of hand or arm in an obstacle
-    settle_shift: float  # [m] motion of the object's centre of mass from where it was given to rest
+    penetration_obstacles: float  # [m] greatest depth of hand or arm in an obstacle
+    settle_shift: float  # [m] motion of the object's centre of mass from its given pose to rest
     settle_turn: float  # [rad]
 
 
 @dataclass(frozen=True)
 class Knock:
-    """Two parts that touched, of which none should: the deepest and the hardest of a phase."""
+    """An unwanted touch of two parts: its greatest depth and force in a phase."""
 
     phase: str
     kind: str  # "obstacle"; "arm": the arm touched something else; "approach": the hand touched the object too early
     part: str  # link of hand or arm, or "object"
     hit: str  # name of an obstacle; "table", "object", or a link of the hand
     depth: float  # [m]
-    force: float  # [N], normal; 0 at the pregrasp, where hand and arm are put to see how deep they are
+    force: float  # [N], normal; 0 at the pregrasp, where hand and arm are placed to measure how deep they are
 
     def collision(self, force: float) -> bool:
-        """Whether a robot would stop there, at a force [N]: its hand or arm hit what it should stay clear of."""
+        """Whether a robot that stops at this force [N] would stop: hand or arm hit what it should stay clear of."""
         return self.force >= force and (self.kind == ARM or (self.kind == OBSTACLE and self.part != THING))
 
 
 @dataclass(frozen=True)
 class Carriage:
-    """How the arm, or a wrist that floats, followed the motion."""
+    """How well the arm, or a floating wrist, followed the motion."""
 
     approach_seconds: float  # [s]
     lift_seconds: float  # [s]
-    approach_off: float  # [m] farthest of the hand's root link from where it was told to be, on the approach
+    approach_off: float  # [m] largest distance of the hand's root link from its commanded place, on the approach
     closing_off: float  # [m] the same while the fingers closed, at the pregrasp
     lift_off: float  # [m] the same on the lift and the hold
     torque_share: float  # largest torque of a joint of the arm over its effort, its weight included; 0 without an arm
@@ -59,7 +59,7 @@ class Carriage:
 
 @dataclass(frozen=True, eq=False)
 class Closing:
-    """The setpoints go to their ends and the springs act until rest, the equilibrium; m fingers."""
+    """Closing: the setpoints go to their ends, and the springs act until rest, the equilibrium; m fingers."""
 
     seconds: float  # [s] from the pregrasp until rest
     rested: bool
@@ -72,15 +72,15 @@ class Closing:
     """links other than pads that touch the object before the last pad does"""
     shift_before_contact: float  # [m] motion of the object's centre of mass until the last pad touches
     turn_before_contact: float  # [rad]
-    rotation: Array  # (3, 3) motion of the object to the equilibrium, from where its mesh was given
+    rotation: Array  # (3, 3) motion of the object from its given pose to the equilibrium
     translation: Array  # (3,) [m]
-    shift_error: float | None  # [m] its centre of mass off the planned equilibrium; None without a plan
+    shift_error: float | None  # [m] distance of its centre of mass from the planned equilibrium; None without a plan
     turn_error: float | None  # [rad]
     forces: Array  # (m, 3) [N] of the pads on the object at the equilibrium
     force_errors: Array | None  # (m,) [N] |force - planned force|
-    tip_errors: Array | None  # (m,) [m] of the tips off their planned places at the equilibrium
+    tip_errors: Array | None  # (m,) [m] distance of the tips from their planned places at the equilibrium
     pads_loaded: int
-    """how many pads press by 0.05 N or more at the equilibrium"""
+    """number of pads that press with 0.05 N or more at the equilibrium"""
     links_equilibrium: tuple[str, ...]
     """links other than pads that touch the object at the equilibrium"""
     links_force: float  # [N] normal forces of links other than pads at the equilibrium, summed
@@ -103,7 +103,7 @@ class Lift:
 
 @dataclass(frozen=True)
 class Push:
-    """A push of the held object and how it was withstood."""
+    """A push of the held object, and whether the grasp withstood it."""
 
     direction: str  # +x, -x, +y, -y, +z or -z
     held: bool
@@ -126,20 +126,20 @@ class Trace:
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """The judgement of one grasp. What was not reached is None."""
+    """The judgement of one grasp. A phase that was not reached is None."""
 
     ending: Ending
     score: float
-    """the paper's: 1 lifted without sliding, 0.5 lifted but slid, 0 not lifted"""
+    """score of the paper: 1 lifted without sliding, 0.5 lifted but slid, 0 not lifted"""
     score_strict: float
-    """the same with the strict rise"""
+    """the same score with the strict rise"""
     pregrasp: Pregrasp
     closing: Closing | None
     lift: Lift | None
     pushes: tuple[Push, ...]
     trace: Trace
     knocks: tuple[Knock, ...] = ()
-    """what touched an obstacle, what the arm touched, and what touched the object on the approach"""
+    """unwanted touches: with an obstacle, of the arm, and with the object on the approach"""
     carriage: Carriage | None = None
     """None where no motion was carried out"""
 
@@ -150,12 +150,12 @@ class Outcome:
 
     @property
     def pushes_held(self) -> int:
-        """How many of the six pushes were withstood; 0 if the object was not held to begin with."""
+        """Number of the six pushes that were withstood; 0 if the object was not held before them."""
         return sum(push.held for push in self.pushes)
 
 
 def plain(value: Any) -> Any:
-    """An outcome, or a part of one, as mappings, lists and numbers; the trace is left out."""
+    """An outcome, or a part of one, as plain mappings, lists and numbers, without the trace."""
     if is_dataclass(value):
         return {f.name: plain(getattr(value, f.name)) for f in fields(value) if f.name != "trace"}
     if isinstance(value, tuple):

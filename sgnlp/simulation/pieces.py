@@ -1,4 +1,4 @@
-"""Convex pieces of a body: MuJoCo collides the convex hull of a mesh, so a hollow one must be taken apart (CoACD)."""
+"""Convex pieces of a body: MuJoCo collides convex hulls, so a mesh that is not convex is decomposed (CoACD)."""
 
 import io
 import os
@@ -14,7 +14,7 @@ from sgnlp.simulation.body import Body
 Array = NDArray[np.float64]
 
 CONVEX_SHARE = 0.995
-"""A body that fills this share of its hull is taken as convex; a round can of 64 sides fills 1."""
+"""A body that fills this share of its hull counts as convex; a round can of 64 sides fills 1."""
 SEED = 0
 
 
@@ -37,7 +37,7 @@ def pieces(body: Body, error: float) -> list[Array]:
 
 
 def _load(file: Path) -> list[Array]:
-    """The pieces in a file; none where it is missing or damaged."""
+    """The pieces in a file; none if it is missing or damaged."""
     try:
         with np.load(file, allow_pickle=False) as data:
             return [data[name] for name in data]

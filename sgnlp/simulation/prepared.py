@@ -1,4 +1,4 @@
-"""What is carried out: the grasp, the hand and its route, all off by the settings' errors of their place."""
+"""The grasp, the hand and its route as they are carried out: displaced by the settings' errors."""
 
 from typing import NamedTuple
 
@@ -18,7 +18,7 @@ class Prepared(NamedTuple):
 
 
 def prepared(command: Command, hand: Hand, settings: SimulationSettings, motion: Moving | None = None) -> Prepared:
-    """The grasp with the settings' errors; raises `InputError` where it does not fit the hand or the motion."""
+    """The grasp with the settings' errors. Raises `InputError` if it does not fit the hand or the motion."""
     check(command, hand)
     way = None if motion is None else route(motion, command, hand)
     if way is not None:

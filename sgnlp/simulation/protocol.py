@@ -32,14 +32,14 @@ Array = NDArray[np.float64]
 REST_SPEED, REST_TURN = 1e-3, 2e-2
 """At rest, tips and object are slower than this [m/s] and the object turns slower than this [rad/s] ..."""
 REST_SAMPLES = 20
-"""... for as many samples on end."""
+"""... for this number of successive samples."""
 SETTLE_TIME = 3.0
 """Longest wait for the object to rest on the table [s]."""
 AXES = {"+x": (1, 0, 0), "-x": (-1, 0, 0), "+y": (0, 1, 0), "-y": (0, -1, 0), "+z": (0, 0, 1), "-z": (0, 0, -1)}
 
 
 class Experiment:
-    """One grasp in the simulator. The phases are generators of readings, to be taken in their order."""
+    """One grasp in the simulator. The phases are generators of readings, to be run in their order."""
 
     def __init__(
         self,
@@ -50,7 +50,7 @@ class Experiment:
         obstacles: Sequence[Shape] = (),
         route: Route | None = None,
     ) -> None:
-        """Without a route the hand floats: it is at its pregrasp at once, and rises by the settings."""
+        """Without a route the hand floats: it begins at its pregrasp, and rises by the settings."""
         import mujoco
 
         self.settings, self.body, self.ramp, self.route = settings, body, command.closing_seconds, route
@@ -72,7 +72,7 @@ class Experiment:
         self.begin = self.recorder.read(self.data, APPROACH if route else "pregrasp")
 
     def _stand_off(self, route: Route) -> Driver:
-        """Go back from the pregrasp to where the approach begins; it ends at time 0."""
+        """Go back from the pregrasp to the stand-off; the approach ends at time 0."""
         import mujoco
 
         driver = Driver(self.world, self.data, route.approach.end, self.settings)
@@ -83,33 +83,33 @@ class Experiment:
         return driver
 
     def penetrations(self) -> dict[str, float]:
-        """Of hand and arm at the planned pregrasp [m]."""
+        """Penetrations of hand and arm at the planned pregrasp [m], by what they are in."""
         return self._inside[0]
 
     def overlaps(self) -> tuple[Knock, ...]:
-        """What the hand and the arm are in at the planned pregrasp, and should not."""
+        """Unwanted overlaps of hand and arm at the planned pregrasp."""
         return self._inside[1]
 
     def approach(self) -> Iterator[Reading]:
-        """Along the route to the pregrasp, the fingers as they are there; nothing without a route."""
+        """Follow the route to the pregrasp, with the fingers in its posture; nothing without a route."""
         if self.route:
             yield from self._along(APPROACH, self.route.approach)
             self.data.time = 0.0  # but for rounding
 
     def close(self) -> Iterator[Reading]:
-        """The setpoints ramp to their ends, then the springs act until all is at rest, or for the longest wait."""
+        """Ramp the setpoints to their ends, then let the springs act until all is at rest, or for the longest wait."""
         last: list[Reading] = []
         ramp = ceil(self.ramp / SAMPLE - ROUNDING)
         for i in range(1, ramp + round(self.settings.close_time / SAMPLE) + 1):
             reading = self._advance("close")
             yield reading
-            if i >= ramp:  # before, a hand that stands still is no hand at rest
+            if i >= ramp:  # before that, standing still does not count as being at rest
                 last = [*last[-REST_SAMPLES:], reading]
             if calm(last):
                 return
 
     def lift(self) -> Iterator[Reading]:
-        """Along the route; or wrist and targets rise by the quintic h (10 s³ - 15 s⁴ + 6 s⁵), at rest at both ends."""
+        """Follow the route; without one, wrist and targets rise by h (10 s³ - 15 s⁴ + 6 s⁵), at rest at both ends."""
         if self.route:
             yield from self._along("lift", self.route.lift)
             return
@@ -122,12 +122,12 @@ class Experiment:
         self.data.qfrc_applied[rise] = 0.0
 
     def hold(self) -> Iterator[Reading]:
-        """Nothing moves on purpose."""
+        """Hold still."""
         for _ in range(round(self.settings.hold_time / SAMPLE)):
             yield self._advance("hold")
 
     def push(self, direction: str) -> Iterator[Reading]:
-        """A constant force at the centre of mass; the state before is restored after."""
+        """Apply a constant force at the centre of mass, then restore the state before the push."""
         before = copy.copy(self.data)
         weight = self.settings.push_weights * self.settings.mass * GRAVITY
         self.data.xfrc_applied[self.world.object_body, :3] = weight * np.array(AXES[direction])
@@ -145,7 +145,7 @@ class Experiment:
             self._driver.rest(self.data, leg)
 
     def _advance(self, phase: str, leg: Leg | None = None, time: float = 0.0) -> Reading:
-        """A sample further, along a leg of which `time` [s] is over."""
+        """Simulate to the next sample, along a leg of which `time` [s] has passed."""
         import mujoco
 
         for i in range(round(SAMPLE / self.settings.timestep)):
@@ -158,21 +158,21 @@ class Experiment:
         return replace(reading, off=self._driver.off(reading.wrist)) if self._driver else reading
 
     def act(self) -> None:
-        """Write the torques of the controller into the motors. It closes from the begin on, time 0."""
+        """Write the controller's torques into the motors. Closing begins at time 0."""
         now, motors = self.data, len(self.world.effort)
         now.ctrl[:motors] = self.controller.torques(now.time, self.world.wrist(now), *self.world.own_joints(now))
 
 
 def samples(leg: Leg) -> int:
-    """How many samples a leg takes."""
+    """Number of samples of a leg."""
     return ceil(leg.seconds / SAMPLE - ROUNDING)
 
 
 def law(settings: SimulationSettings) -> Law:
     """The law of the simulated hand.
 
-    MuJoCo bears its weight: it spreads the mass of a link over what the URDF shows of it, because the URDF's inertias
-    are placeholders. The centres of mass are not those that the controller knows.
+    The law has no gravity term, because MuJoCo compensates the weight. The URDF's inertias are placeholders, so MuJoCo
+    spreads a link's mass over its visual geometry, and the controller does not know these centres of mass.
     """
     return Law(control=settings.control, gravity=WEIGHTLESS, joint_inertia=settings.joint_armature)
 
@@ -195,7 +195,7 @@ def angle(R: Array) -> float:
 
 
 def settled(body: Body, settings: SimulationSettings, obstacles: Sequence[Shape] = ()) -> Array:
-    """The object's qpos (7,) at rest on the table, from where its mesh was given."""
+    """The object's qpos (7,) at rest on the table, relative to its given mesh."""
     import mujoco
 
     model = object_alone(body, settings, obstacles)

@@ -1,4 +1,4 @@
-"""What is read from a running simulation, sample by sample."""
+"""Readings of a running simulation, sample by sample."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -14,18 +14,18 @@ from sgnlp.simulation.world import World
 Array = NDArray[np.float64]
 
 TRACE_EVERY = 4
-"""Samples between those that the trace keeps: 25 a second."""
+"""The trace keeps every so many samples: 25 a second."""
 
 
 @dataclass(frozen=True, eq=False)
 class Reading:
-    """The state at a sample; m fingers. MuJoCo's positions and forces belong to the begin of its last step."""
+    """The state at a sample; m fingers. MuJoCo's positions and forces belong to the beginning of its last step."""
 
     time: float  # [s]
     phase: str
     tips: Array  # (m, 3) [m] centres of the pads
     centre: Array  # (3,) [m] centre of mass of the object
-    rotation: Array  # (3, 3) motion of the object from where its mesh was given
+    rotation: Array  # (3, 3) motion of the object from its given pose
     translation: Array  # (3,) [m]
     lowest: float  # [m] height of the object's lowest point
     forces: Array  # (m, 3) [N] of the pads on the object
@@ -36,7 +36,7 @@ class Reading:
     wrist: Array  # (7,) pose of the hand's root link, x y z [m] qx qy qz qw
     knocks: tuple[Knock, ...] = ()
     strain: float = 0.0  # largest torque of a joint of the arm over its effort
-    off: float = 0.0  # [m] of the root link from where it was told to be
+    off: float = 0.0  # [m] distance of the root link from its commanded place
 
     @property
     def finite(self) -> bool:
@@ -45,7 +45,7 @@ class Reading:
 
 
 class Recorder:
-    """Readings, and a trace of them. What trembles faster than the readings come is not summed up as sliding."""
+    """Takes readings, and keeps a trace of them. Vibration faster than the readings does not count as sliding."""
 
     def __init__(self, world: World, hull: Array) -> None:
         self.world = world
@@ -56,7 +56,7 @@ class Recorder:
         self._count = 0
 
     def read(self, data: Any, phase: str) -> Reading:
-        """Read the state as it is now."""
+        """Read the present state."""
         thing, pads = _frame(data, self.world.object_body), [_frame(data, link) for link in self.world.pad_links]
         slide = np.zeros(len(pads))
         for i, before in self._marks.items():
@@ -85,7 +85,7 @@ class Recorder:
         return reading
 
     def forget(self) -> None:
-        """What touched before has nothing to do with what will: the state was set back."""
+        """Forget earlier contacts, because the state was reset."""
         self._marks = {}
 
     def trace(self) -> Trace:

@@ -1,4 +1,4 @@
-"""The way of what carries the hand, an arm or nothing: its coordinates at any time of the approach and of the lift."""
+"""The path of the arm, or of a floating wrist: its coordinates at any time of the approach and of the lift."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -15,11 +15,11 @@ from sgnlp.planning.motion.trajectory import APPROACH, LIFT, SQUEEZE
 Array = NDArray[np.float64]
 
 SAME = 1e-6
-"""How far the end of the approach may be from the pregrasp [m, and parts of a quaternion]: rounding."""
+"""Largest distance of the approach's end from the pregrasp, for rounding [m, and components of a quaternion]."""
 
 
 class Moving(Protocol):
-    """What a `Trajectory` and a `Way` have alike: T samples."""
+    """The common part of `Trajectory` and `Way`: T samples."""
 
     @property
     def times(self) -> Array:
@@ -40,14 +40,14 @@ class Moving(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Leg:
-    """K samples of d coordinates from rest to rest: the joints of an arm, or the place of a wrist that floats."""
+    """K samples of d coordinates from rest to rest: the joints of an arm, or the position of a floating wrist."""
 
     times: Array  # (K,) [s] from 0
     coordinates: Array  # (K, d) [rad or m]
 
     @property
     def seconds(self) -> float:
-        """How long it takes [s]."""
+        """Duration [s]."""
         return float(self.times[-1])
 
     @property
@@ -57,7 +57,8 @@ class Leg:
 
     @cached_property
     def _spline(self) -> Any:
-        from scipy.interpolate import CubicSpline  # a third of a second, which other commands need not wait for
+        # imported here: it takes a third of a second, which other commands need not wait for
+        from scipy.interpolate import CubicSpline
 
         return CubicSpline(self.times, self.coordinates, bc_type="clamped")
 
@@ -79,10 +80,11 @@ class Route:
 def route(made: Moving, command: Command, hand: Hand) -> Route:
     """The route of a motion of this grasp.
 
-    Its coordinates are the joints of the hand's arm or, without one, how far the wrist is from the pregrasp (3,) [m].
+    Its coordinates are the joints of the hand's arm or, without an arm, the wrist's displacement from the pregrasp
+    (3,) [m].
 
     Raises:
-        InputError: it is the motion of another grasp or arm, or the wrist turns without an arm.
+        InputError: the motion is that of another grasp or arm, or the wrist turns without an arm.
     """
     a = 0 if hand.arm is None else len(hand.arm.joint_names)
     if made.arm.shape[1] != a:

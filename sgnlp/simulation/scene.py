@@ -11,15 +11,15 @@ from sgnlp.simulation.settings import SimulationSettings
 
 TABLE, OBJECT = "table", "object"
 TABLE_HALF = 0.5
-"""Half of the side of the table as it is drawn [m]; in contact it has no end."""
+"""Half the side of the drawn table [m]; for contacts it is infinite."""
 SHOWN, HIDDEN = 1, 3
 """Groups of geoms and sites: MuJoCo draws the first and not the second."""
 PATCH_SHARE = 3 * np.pi / 16
-"""Largest twisting torque of a Hertzian patch that slips everywhere, over μ · force · radius of the patch: with the
-pressure ∝ √(1 - (r/a)²) the integral of μ p r over the patch."""
+"""Torsional friction torque of a fully slipping Hertzian patch, over μ · force · radius a of the patch: the integral of
+μ p r over the patch with the pressure p ∝ √(1 - (r/a)²)."""
 ITERATIONS, TOLERANCE = 200, 1e-16
-"""Newton's method to rounding: at 1e-10 the residual shakes pads across the surface by 1 cm in 3 s, and a grasp takes
-five times longer, because nothing ever comes to rest."""
+"""Tolerance of Newton's method, near rounding. At 1e-10 the residual moves pads across the surface by 1 cm in 3 s, and
+a grasp takes five times longer, because nothing comes to rest."""
 DEPTH = 0.001
 """MuJoCo's width of the impedance [m]; without effect where the impedance does not depend on the depth."""
 
@@ -44,9 +44,9 @@ def empty_scene(body: Body, settings: SimulationSettings) -> Any:
 
 
 def add_object(spec: Any, body: Body, settings: SimulationSettings) -> None:
-    """The object free to move: the true mesh gives mass and inertia, its convex pieces collide.
+    """Add the free object: the true mesh gives mass and inertia, its convex pieces collide.
 
-    The frame of the body is the world's, so its pose is its motion from where the mesh was given.
+    The body's frame is the world's, so its pose is its motion from the given mesh.
     """
     import mujoco
 
@@ -63,7 +63,8 @@ def add_object(spec: Any, body: Body, settings: SimulationSettings) -> None:
 
 
 def touchable(geom: Any, settings: SimulationSettings) -> None:
-    """Contact of all with all alike: condim 4 is sliding in two directions and twist."""
+    """Set the same contact parameters for all: condim 4 is friction against sliding in two directions and against
+    twist."""
     geom.contype = geom.conaffinity = 1
     geom.condim = 4
     geom.friction = [settings.friction, settings.friction * PATCH_SHARE * settings.pad_patch, 0.0]
@@ -77,7 +78,7 @@ def impedance(value: float) -> list[float]:
 
 
 def compiled(spec: Any) -> Any:
-    """The `mujoco.MjModel`; raises `InputError` where MuJoCo refuses it."""
+    """The `mujoco.MjModel`; raises `InputError` if MuJoCo refuses it."""
     try:
         return spec.compile()
     except ValueError as error:

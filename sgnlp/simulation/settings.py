@@ -9,9 +9,9 @@ from sgnlp.base.errors import InputError
 SAMPLE = 0.01
 """Time between readings [s]."""
 ROUNDING = 1e-6
-"""Of a time step that is written in decimals, of itself."""
+"""Relative rounding of a time step written in decimals."""
 STEPS_OF_A_CONTACT = 2
-"""Time steps in the time constant of a contact at least: MuJoCo takes a stiffer one for one of two steps, unsaid."""
+"""Least number of time steps in the time constant of a contact: MuJoCo silently raises smaller ones to two steps."""
 
 
 @dataclass(frozen=True)
@@ -20,20 +20,23 @@ class SimulationSettings(Checked):
 
     section = "simulation"
     mass: Positive = 0.1
-    """of the object [kg], spread evenly over its volume (the paper's objects: 0.02 to 0.5). `sgnlp simulate` takes what
-    the plan was made for if it is not given"""
+    """mass of the object [kg], spread evenly over its volume (the paper's objects: 0.02 to 0.5). If it is not given,
+    `sgnlp simulate` uses the mass that the plan assumes"""
     friction: Positive = 1.0
-    """Coulomb's coefficient of every contact (the paper's release plans with 1). The same holds for `sgnlp simulate`"""
+    """Coulomb's coefficient of every contact (the paper's release plans with 1). If it is not given, `sgnlp simulate`
+    uses the friction that the plan assumes"""
     control: Literal["impedance", "position"] = "impedance"
-    """a spring from each tip to its target; or one in each joint, where a plan knows the joints that squeeze"""
+    """impedance: a spring from each tip to its target; position: a spring in each joint, to the plan's
+    joints_squeeze"""
     place_error: NotNegative = 0.0
-    """how far the hand stands from its planned place, in a random horizontal direction [m]"""
+    """shift of the hand from its planned place, in a random horizontal direction [m]"""
     turn_error: Annotated[float, (0.0, 180.0)] = 0.0
-    """by how much it is turned about the middle of its pregrasp tips, about a random axis [deg]"""
+    """turn of the hand about the middle of its pregrasp tips, about a random axis [deg]"""
     seed: Annotated[int, NOT_NEGATIVE] = 0
-    """of these two directions"""
+    """seed of these two directions"""
     timestep: Annotated[float, (1e-05, 0.002)] = 0.002
-    """[s]; halved, every outcome stays (tests/test_simulation.py). MuJoCo needs at most half of contact_time"""
+    """time step [s]; half of it gives the same outcomes (tests/simulation). MuJoCo needs at most half of
+    contact_time"""
     joint_damping: NotNegative = 0.1
     """viscous friction of a joint [N m s] (MuJoCo Menagerie's Allegro; the URDF's 3 to 10 are placeholders)"""
     joint_friction: NotNegative = 0.03
@@ -47,28 +50,28 @@ class SimulationSettings(Checked):
     contact_time: Positive = 0.005
     """time constant of a contact [s]; the pads give way by less than 0.1 mm under 10 N"""
     contact_impedance: Annotated[float, (0.5, 0.9999)] = 0.99
-    """share of a contact's force that does not give way; with `friction_impedance` a held object creeps by less than
-    0.1 mm/s (tests/test_simulation.py)"""
+    """MuJoCo's impedance of a contact, 1 for a rigid one; with `friction_impedance` a held object creeps by less than
+    0.1 mm/s (tests/simulation)"""
     friction_impedance: Annotated[float, (1.0, 10000.0)] = 100.0
     """stiffness of friction over that of the normal force"""
     arm_give: Positive = 0.03
-    """how far a joint of an arm gives way before its servo uses the whole effort [rad or m]: 2900 N m/rad in the large
-    joints of a Panda (the examples of its maker's libfranka: 2000 to 3000), damped critically"""
+    """deflection of an arm's joint at which its servo gives the whole effort [rad or m]: 2900 N m/rad in the large
+    joints of a Panda (the examples of its maker's libfranka: 2000 to 3000), critically damped"""
     arm_armature: Positive = 0.1
     """rotor inertia seen at a joint of an arm [kg m² or kg] (MuJoCo Menagerie's Panda)"""
     collision_force: Positive = 20.0
     """force of hand or arm on an obstacle, or of the arm on table, object or hand, that counts as a collision [N]: at
-    this force the examples of libfranka have a Panda stop by itself"""
+    this force the examples of libfranka let a Panda stop"""
     piece_error: Positive = 0.002
-    """concavity allowed to a convex piece of the object [m]"""
+    """largest concavity that a convex piece of the object may stand for [m]"""
     close_time: Positive = 6.0
-    """longest wait for rest after the setpoints have come to their end [s]"""
+    """longest wait for rest after the setpoints have reached their ends [s]"""
     lift_height: Positive = 0.05
     """[m] (paper: 5 cm)"""
     lift_time: Positive = 1.0
     """[s]"""
     hold_time: Positive = 2.0
-    """[s] in the air before the judgement"""
+    """time in the air before the judgement [s]"""
     push_time: Positive = 1.0
     """duration of each of the six pushes [s]; 0.2 s is the slowest spring's time constant 2/√k"""
     push_weights: NotNegative = 1.0

@@ -13,15 +13,25 @@ from sgnlp.simulation.settings import SimulationSettings
 
 
 def simulate(solution: Solution | None, observation: Observation, settings: SimulationSettings = DEFAULTS) -> Outcome:
-    """Close, lift, hold and push in MuJoCo: whether a solution of a plan holds the object that `observation` knows.
+    """Close, lift, hold and push in MuJoCo, to test whether a solution of a plan holds the true object of
+    `observation`.
 
-    The obstacles of the plan are there. A hand on an arm comes from the stand-off and rises as the plan's motion does.
+    The obstacles of the plan are in the scene. A hand on an arm follows the plan's motion from the stand-off to the
+    lift.
+
+    Args:
+        solution: such as `plan.best`.
+        observation: the cloud, whose file has the true shape (`mesh_vertices`, `mesh_faces`).
+        settings: mass [kg] and friction of the object, control, phases and judgement.
+
+    Returns:
+        What happened in each phase, and the score.
 
     Raises:
         InputError: there is no solution, the observation has no true surface, or MuJoCo refuses hand or mesh.
     """
     if solution is None or solution.hand is None:
-        raise InputError("there is no grasp to simulate: plan.best is None where no start is feasible")
+        raise InputError("there is no grasp to simulate: plan.best is None if no start is feasible")
     g, closing = solution.grasp, solution.closing
     told = Command(
         wrist=solution.wrist,

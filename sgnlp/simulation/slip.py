@@ -26,10 +26,10 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class Mark:
-    """The points of pad and object that touched: apart later by what has slid, together as long as nothing slides.
+    """Points of pad and object that touched each other. Later their distance is the slip; it stays 0 without sliding.
 
-    Rolling moves the contact over both bodies alike but not these points against each other: for a short time, they
-    part by an order less, and along the normal.
+    Rolling moves the contact over both bodies alike, but moves these two points apart only to second order in time, and
+    along the normal.
     """
 
     on_pad: Array  # (3,) [m] in the pad's frame
@@ -37,7 +37,7 @@ class Mark:
     normal: Array  # (3,)
 
     def slid(self, pad: Frame, thing: Frame) -> float:
-        """How far the points have parted along the surface [m]."""
+        """Distance of the two points along the surface [m]."""
         parted = pad.world(self.on_pad) - thing.world(self.on_object)
         return float(np.linalg.norm(parted - self.normal * (self.normal @ parted)))
 

@@ -1,4 +1,4 @@
-"""The whole model: the hand on an arm or on a wrist that can rise, the table, the object and what is around it."""
+"""The whole model: the hand on an arm or on a floating wrist, the table, the object and the obstacles."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,17 +22,17 @@ from sgnlp.simulation.settings import SimulationSettings
 Array = NDArray[np.float64]
 
 HAND = "hand/"
-"""Prefix of all that comes from the URDF."""
+"""Prefix of all names from the hand's URDF."""
 WRIST, LIFT = "wrist", "lift"
 ALONG = ("along x", "along y")
-"""Joints of a wrist that floats along a route, beside its rise."""
+"""Joints of a floating wrist along a route, besides its rise."""
 ARM_INERTIA = 1e6
-"""Inertia behind the wrist [kg]: a position-controlled arm does not give way; 10 N move this by 5 µm in 1 s."""
+"""Inertia of a floating wrist [kg], so that it does not give way: 10 N move it by 5 µm in 1 s."""
 
 
 @dataclass(frozen=True, eq=False)
 class World:
-    """A compiled model, and where in it hand and object are; n joints of their own, j that move, m fingers."""
+    """A compiled model, with the indices of hand and object; n own joints of the hand, j moving joints, m fingers."""
 
     model: Any  # mujoco.MjModel
     hand_joints: NDArray[np.intp]  # (j,) places in qpos, in the order of the hand's moving_joints
@@ -83,7 +83,7 @@ def world(
     obstacles: Sequence[Shape] = (),
     route: Route | None = None,
 ) -> World:
-    """The compiled model with all in its place. Only along a route the hand's arm is there."""
+    """The compiled model with everything in its place. The hand's arm is in it only if there is a route."""
     spec = assembled(body, hand, command, settings, obstacles, route)
     return _located(compiled(spec), hand, obstacles, route)
 
@@ -96,10 +96,10 @@ def assembled(
     obstacles: Sequence[Shape] = (),
     route: Route | None = None,
 ) -> Any:
-    """A `mujoco.MjSpec` with the hand on its arm or at the command's wrist pose, and a motor in each joint of its own.
+    """A `mujoco.MjSpec` with the hand on its arm or at the command's wrist pose, and a motor in each of its own joints.
 
-    The control of a motor is a torque [N m]. They are in the order of the hand's `joint_names`; after them come the
-    arm's servos, whose control is a joint [rad or m].
+    The control of a motor is a torque [N m]. The motors are in the order of the hand's `joint_names`. After them come
+    the arm's servos, whose control is a joint position [rad or m].
     """
     spec, arm = empty_scene(body, settings), hand.arm if route else None
     frame = carry(spec, arm, settings) if arm else _floating(spec, command, route is not None)
@@ -135,7 +135,7 @@ def _add_motor(spec: Any, joint: str) -> None:
 
 
 def _located(model: Any, hand: Hand, obstacles: Sequence[Shape], route: Route | None) -> World:
-    """The places of all that is read and written."""
+    """The model with the indices of all that is read and written."""
     pads = [model.geom(HAND + pad(finger.name)).id for finger in hand.fingers]
     thing, table, place = model.body(OBJECT).id, model.geom(TABLE).id, int(model.joint(OBJECT).qposadr[0])
     joints, carriers = ([model.joint(name) for name in names] for names in _joints(hand, route))
@@ -163,7 +163,7 @@ def _located(model: Any, hand: Hand, obstacles: Sequence[Shape], route: Route | 
 
 
 def _joints(hand: Hand, route: Route | None) -> tuple[list[str], list[str]]:
-    """The names of the hand's joints, and of those of what carries it in the order of a route's coordinates."""
+    """The names of the hand's joints, and those of its arm or floating wrist in the order of a route's coordinates."""
     own = [HAND + name for name in hand.moving_joints]
     if route is None:
         return own, [LIFT]

@@ -1,8 +1,8 @@
-"""The training set where cameras are known: what they saw through is carved from the space that may be solid.
+"""The training set with known cameras: free space is carved from the space that may be solid.
 
-Beside the measured points stand exterior points near the visual hull, whose value is the distance to it, and farther
-ones, and points of the table under the cloud, where it may stand on it. Inside there are none: points behind the
-measured ones, and pairs along their normals, were measured to push the guessed side outward and to gain nothing.
+It has the measured points; exterior points near the visual hull, whose value is the distance to it; exterior points
+farther away; and points of the table under the cloud, where the object may stand. It has no interior points: points
+behind the measured ones, and pairs along their normals, moved the guessed side outward and gained nothing.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from sgnlp.surface.hull import Hull, visual_hull
 from sgnlp.surface.samples import Samples
 
 CANDIDATES = 4000
-"""Cells of a band that are looked at, drawn at random: farthest points of more take longer and are no better."""
+"""Number of random cells of a band for farthest-point sampling: more take longer and are no better."""
 UNDER = 0.006
 """A table point is under the cloud within this [m], seen from above."""
 

@@ -2,7 +2,7 @@
 
 The paper's appendix (Fitting GPIS) with the numbers of its release: measured points have the value 0; the corners
 and face centres of a cube around the object a positive value; softmax-weighted mixtures of measured points a
-negative one. A copy of the cloud on the table closes the surface below, where no camera looks.
+negative one. A copy of the cloud on the table closes the surface from below, where no camera looks.
 """
 
 import numpy as np

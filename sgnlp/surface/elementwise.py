@@ -1,6 +1,6 @@
 """A scalar CasADi function applied to every element of a NumPy array, one instruction after the other.
 
-CasADi's own machine goes through all instructions for each element, which takes twenty times as long.
+CasADi's own virtual machine runs all instructions for each element, which takes twenty times as long.
 """
 
 from collections.abc import Callable
@@ -14,12 +14,12 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 
 BLOCK = 4096
-"""Elements taken at once: the intermediate results stay in the processor's cache, three times as fast."""
+"""Number of elements in a chunk: intermediate results then stay in the processor's cache, three times as fast."""
 SAME_NAMES = (
     *("sqrt", "exp", "expm1", "log", "log1p", "sin", "cos", "tan", "sinh", "cosh", "tanh", "hypot"),
     *("sign", "floor", "ceil", "fmin", "fmax"),
 )
-"""Functions that NumPy calls as CasADi does."""
+"""Functions that have the same name in NumPy and CasADi."""
 OTHER_NAMES: dict[str, Callable[..., Any]] = {
     "assign": np.positive, "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide, "neg": np.negative,
     "inv": np.reciprocal, "twice": lambda x: x + x, "sq": np.square, "pow": np.power, "constpow": np.power, "erf": erf,
@@ -39,7 +39,7 @@ class Elementwise:
         function: the CasADi function.
 
     Raises:
-        InputError: it has an operation that `OPERATIONS` has not; `name` is what the message calls it.
+        InputError: it has an operation that is not in `OPERATIONS`; the message calls the function `name`.
     """
 
     def __init__(self, function: ca.Function, name: str):
@@ -47,7 +47,7 @@ class Elementwise:
         self._steps = [self._step(i, name) for i in range(function.n_instructions())]
 
     def _step(self, i: int, name: str) -> tuple[int, list[int], list[int], Any]:
-        """Operation, places of what goes in and out, constant or NumPy's function."""
+        """Operation, indices of inputs and output, and the constant or NumPy's function."""
         f, operation = self.function, self.function.instruction_id(i)
         what: Any = None
         if operation == ca.OP_CONST:
@@ -62,7 +62,7 @@ class Elementwise:
         """The outputs at every element of x, each of the shape of x; NaN where they are not defined."""
         flat = x.ravel()
         every = np.empty((self.function.n_out(), flat.size))
-        with np.errstate(all="ignore"):  # of branches that are not taken
+        with np.errstate(all="ignore"):  # warnings of branches that are not taken
             for begin in range(0, flat.size, BLOCK):
                 self._run(flat[begin : begin + BLOCK], every[:, begin : begin + BLOCK])
         return tuple(row.reshape(x.shape) for row in every)

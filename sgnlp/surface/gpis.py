@@ -2,8 +2,8 @@
 
     μ(x) = m + k(x)ᵀα,   α = K⁻¹(y - m),   σ²(x) = s² (k(0) - |L⁻¹k(x)|²),   K = k(X, X) + diag(ε²) = L Lᵀ
 
-With the kernel s²k and the noise sε instead, the mean is the same: s calibrates the deviation alone.
-The mean is *not* a distance. Where a length is meant, use d = μ/|∇μ| and σ_d = σ/|∇μ|, exact to first order.
+With the kernel s²k and the noise sε instead, the mean is the same: s calibrates only the deviation. The mean is *not* a
+distance. As lengths use d = μ/|∇μ| and σ_d = σ/|∇μ|, which are exact to first order.
 This is the posterior in NumPy; `symbolic.py` has it in CasADi, `gpis_jets.c` in C.
 """
 
@@ -24,12 +24,16 @@ TRIPLES = tuple((a, b, c) for a in range(3) for b in range(a, 3) for c in range(
 MEAN_JET = 1 + 3 + len(PAIRS) + len(TRIPLES)
 VARIANCE_JET = 1 + 3 + len(PAIRS)
 MIN_SLOPE = 1e-3
-"""Rounding of |∇μ| at 0 where it divides: the slope at measured surfaces is 0.2-0.5, at a ridge inside it is 0."""
+"""Rounds |∇μ| at 0 where it is a divisor: the slope is 0.2 to 0.5 at measured surfaces, and 0 at a ridge inside."""
 
 
 @dataclass(frozen=True)
 class Gpis:
-    """A fitted surface. Arrays are read-only.
+    """A fitted surface in the world frame: posterior of a signed function, 0 on the surface, negative inside.
+
+    μ(x) = m + k(x)ᵀα,   α = K⁻¹(y - m),   σ²(x) = s² (k(0) - |L⁻¹k(x)|²),   K = k(X, X) + diag(ε²) = L Lᵀ
+
+    (Rasmussen & Williams 2006, eq. 2.25-2.26; Williams & Fitzgibbon 2007.) Arrays are read-only.
 
     Attributes:
         kernel: the covariance, with its R and σ0.
@@ -37,10 +41,10 @@ class Gpis:
         X: training points (N, 3) [m].
         alpha: weights K⁻¹(y - m) (N,).
         chol_inverse: s L⁻¹ (N, N), lower triangular.
-        centre: of the ball in which every query is nearer than R to every training point (3,) [m].
-        radius: of that ball [m].
-        deviation_scale: s, by which σ is that of the process times s.
-        free_space: whether it was fitted to what cameras saw to be free, too.
+        centre: centre (3,) [m] of the ball in which every query is nearer than R to every training point.
+        radius: radius of that ball [m].
+        deviation_scale: s, the factor on the deviation of the process.
+        free_space: whether it was fitted to free space, too.
     """
 
     kernel: Kernel
@@ -79,7 +83,8 @@ class Gpis:
         return g / _slope(g)[:, None]
 
     def deviation(self, Z: Array) -> Array:
-        """σ (Q,) [m]; rounding below zero is cut off, a query outside the ball has the prior deviation at most."""
+        """σ (Q,) [m]; variances below zero, by rounding, are set to zero. Outside the ball it is at most the prior
+        σ."""
         w = self.chol_inverse @ self._radial(Z)[1][0].T
         return np.sqrt(np.maximum(self.prior_variance - (w * w).sum(axis=0), 0.0))
 
@@ -131,10 +136,10 @@ class Gpis:
         return J
 
     def observed(self, X: Array, y: Array, noise: float) -> "Gpis":
-        """The surface with more observations, y (q,) [m] at X (q, 3) [m] with a noise deviation [m].
+        """The surface with more observations y (q,) [m] at X (q, 3) [m] with noise deviation [m].
 
         The factor of K grows by q rows: L' = [[L, 0], [Bᵀ L⁻ᵀ, C]], C Cᵀ = k(X, X) + ε² - |L⁻¹B|², B = k(X_before, X).
-        The same as fitting anew to all, in N² q instead of N³.
+        It equals a new fit to all observations, in N² q instead of N³ operations.
         """
         s, n, q = self.deviation_scale, len(self.X), len(X)
         inverse = self.chol_inverse / s
@@ -161,7 +166,7 @@ def fit(training: TrainingSet) -> Gpis:
     """Condition the process on a training set: one Cholesky factorisation.
 
     Raises:
-        InputError: the kernel is not one, or the covariance of the training set is not positive definite.
+        InputError: the kernel is invalid, or the covariance of the training set is not positive definite.
     """
     X, y, kernel, scale = training.X, training.y, training.kernel, training.deviation_scale
     check(kernel)

@@ -1,4 +1,4 @@
-"""The visual hull: all space above the table that no camera saw to be free. The object is somewhere in it."""
+"""The visual hull: all space above the table that no camera saw to be free. It contains the object."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,9 +11,9 @@ from sgnlp.perception.free_space import Sight, free, sights
 from sgnlp.perception.observation import Observation
 
 CELL = 0.004
-"""Edge of a cell of the grid at least [m]: below the error of the silhouettes."""
+"""Least edge of a grid cell [m]: smaller than the error of the silhouettes."""
 MAX_CELLS = 100_000
-"""Cells of the grid, about; a wider object has larger ones."""
+"""Approximate number of grid cells; for wider objects the cells are larger."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,19 +22,19 @@ class Hull:
 
     centres: Array  # (n, 3) [m] of the cells
     free: BoolArray  # (n,)
-    distance: Array  # (n,) [m] to the nearest cell of the hull, 0 within
+    distance: Array  # (n,) [m] distance to the nearest cell of the hull, 0 inside
     cell: float  # [m] edge of a cell
 
     @property
     def base(self) -> Array:
-        """Points (k, 3) [m] of the table under the hull, whose lowest cells stand on it."""
+        """Points (k, 3) [m] of the table under the hull's lowest cells, which stand on it."""
         lowest = self.centres[:, 2].min()
         under = self.centres[~self.free & (self.centres[:, 2] == lowest)]
         return under - [0.0, 0.0, self.cell / 2]
 
 
 def cameras_of(observation: Observation) -> tuple[Sight, ...]:
-    """What each camera of an observation saw; nothing if they are not known."""
+    """What each camera of an observation saw; empty if the cameras are unknown."""
     o = observation
     if o.camera_positions is None:
         return ()
@@ -42,7 +42,7 @@ def cameras_of(observation: Observation) -> tuple[Sight, ...]:
 
 
 def visual_hull(observation: Observation, seen_by: Sequence[Sight], reach: float) -> Hull:
-    """The hull of what cameras saw of an observation, on a grid that ends `reach` [m] from the points' box."""
+    """The visual hull of an observation, on a grid that ends `reach` [m] from the points' box."""
     o = observation
     low, high = o.points.min(axis=0) - reach, o.points.max(axis=0) + reach
     low[2] = o.table_height

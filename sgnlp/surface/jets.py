@@ -1,12 +1,12 @@
-"""Jets: values and derivatives of surface quantities at query points, numbers that stand in for the kernel sum.
+"""Jets: values and derivatives of surface quantities at query points, as numbers instead of the kernel sum.
 
 The posterior gives raw jets of μ (order 3) and σ² (order 2). Products and powers of jets turn them into jets of
-order 2 of what the grasp needs:
+order 2 of the quantities that a grasp needs:
 
     d = μ/|∇μ|,   n = ∇μ/|∇μ|,   σ_d² = σ²/|∇μ|²,   μ
 
 `expand` reads such a jet as the polynomial y + ∇yᵀδ + ½ δᵀ∇²y δ in the displacement δ from the query point. At
-δ = 0 it has the value and both derivatives, so whatever is written on it is differentiated exactly.
+δ = 0 it has the value and both derivatives, so every expression in it has exact derivatives.
 """
 
 from collections import Counter
@@ -53,7 +53,7 @@ def product(x: ca.SX, y: ca.SX) -> ca.SX:
 
 
 def power(x: ca.SX, exponent: float, value: ca.SX) -> ca.SX:
-    """The jet (10) of x^exponent, whose value is given: the chain rule on the jet of x."""
+    """The jet (10) of x^exponent with the given value: the chain rule on the jet of x."""
     slope = exponent * value / x[0]
     bend = (exponent - 1) * slope / x[0]
     bent = [bend * x[1 + a] for a in range(3)]
@@ -62,7 +62,7 @@ def power(x: ca.SX, exponent: float, value: ca.SX) -> ca.SX:
 
 
 def _index(*axes: int) -> int:
-    """Where the derivative along the axes stands in a jet of order 3."""
+    """Index of the derivative along the axes in a jet of order 3."""
     orders = [(()), *SINGLES, *PAIRS, *TRIPLES]
     return orders.index(tuple(sorted(axes)))
 
@@ -89,9 +89,9 @@ def metric() -> dict[str, ca.Function]:
 class Layout:
     """The query points of m fingers with K samples each and S spheres, and the jets that each kind needs.
 
-    Order of the points: contacts p (m), path (m K, finger by finger), spheres (S), those of the links at first contact
-    (L, if that is planned), feet p - r n(p) of the contacts on the surface (m), targets (m). The feet follow from the
-    surface; all others are given.
+    Order of the points: contacts p (m), path (m K, finger by finger), spheres (S), link spheres at first contact (L, if
+    that is planned), feet p - r n(p) of the contacts on the surface (m), targets (m). The feet follow from the surface;
+    all other points are given.
     """
 
     m: int
@@ -106,7 +106,7 @@ class Layout:
 
     @property
     def before_feet(self) -> int:
-        """The number of points that stand before the feet."""
+        """The number of points before the feet."""
         return self.m + self.m * self.K + self.S + self.L
 
     @property

@@ -1,7 +1,7 @@
-"""What a kernel is: four radial functions, given, or derived from the first by CasADi.
+"""The interface of a kernel: four radial functions, given, or derived from the first by CasADi.
 
-With D = (1/r) d/dr, a kernel gives k and D k, D²k, D³k: all that the derivatives of k(|x - x_n|) up to third
-order need, since ∂_a k = d_a Dk, ∂_ab k = d_a d_b D²k + δ_ab Dk and so on with d = x - x_n.
+With D = (1/r) d/dr, a kernel gives k, Dk, D²k and D³k. These are enough for the derivatives of k(|x - x_n|) up to third
+order: ∂_a k = d_a Dk, ∂_ab k = d_a d_b D²k + δ_ab Dk and so on, with d = x - x_n.
 """
 
 from dataclasses import dataclass
@@ -17,24 +17,24 @@ from sgnlp.surface.elementwise import Elementwise
 Radial = tuple[Any, Any, Any, Any]
 
 MIN_RADIUS = 1e-7
-"""Distances below this are taken as this [m]: D²k and D³k of rough kernels have a removable pole at r = 0."""
+"""Smaller distances are replaced by this [m]: D²k and D³k of rough kernels have a removable pole at r = 0."""
 SAMPLES = np.array([0.031, 0.11, 0.23, 0.37, 0.53, 0.71, 0.89])
-"""Radii over R at which given radial functions are compared with differences."""
+"""Radii over R at which given radial functions are compared with finite differences."""
 STEP = 1e-5
-"""Of the differences, over R: truncation leaves 1e-7 of a derivative, rounding 1e-11."""
+"""Step of the differences over R: truncation leaves 1e-7 of a derivative, rounding 1e-11."""
 AGREE = 1e-4
-"""Relative difference from which on a given radial function is wrong."""
+"""Relative difference above which a given radial function is wrong."""
 
 
 @dataclass(frozen=True)
 class Kernel:
-    """A radial kernel k(r).
+    """A radial kernel k(r) [m²] of the distance r [m] between two points.
 
-    A kernel of your own is a subclass with one method: `value`, from which CasADi derives the rest, or `radial`, which
-    gives all four functions. Its name is that of the class in lower case, unless it has another.
+    Your own kernel is a subclass with one method: `value`, from which CasADi derives the rest, or `radial`, which gives
+    k, Dk, D²k, D³k with D = (1/r) d/dr. Its name is that of the class in lower case, unless the class has a `name`.
 
     Attributes:
-        support_radius: R [m], the largest distance that the kernel is to meet.
+        support_radius: R [m], the largest distance in a plan.
         amplitude: prior deviation σ0 [m].
     """
 
@@ -77,10 +77,10 @@ def _derived(kernel: Kernel) -> Elementwise:
 
 
 def check(kernel: Kernel) -> None:
-    """Compare given radial functions with differences of each other.
+    """Compare given radial functions with finite differences of each other.
 
     Raises:
-        InputError: they do not fit together, are not finite, or have another shape than the radii.
+        InputError: they disagree, are not finite, or do not have the shape of the radii.
     """
     R = kernel.support_radius
     given = kernel.radial(R * np.concatenate([[MIN_RADIUS / R], SAMPLES, [1.0, 2.0]]))

@@ -1,6 +1,6 @@
 """The kernels that come with `sgnlp`: four radial functions each. The same lines serve NumPy arrays and CasADi.
 
-CasADi's own differentiation of k is the twin that tests D k … D³k.
+Tests compare Dk, D²k and D³k with CasADi's own differentiation of k.
 """
 
 from math import sqrt
@@ -19,7 +19,7 @@ def exp(x: Any) -> Any:
 
 
 class ThinPlate(Kernel):
-    """k = 2r³ - 3Rr² + R³ for r ≤ R (Williams & Fitzgibbon 2007); k(0) = R³ whatever σ0 is.
+    """k = 2r³ - 3Rr² + R³ for r ≤ R (Williams & Fitzgibbon 2007); k(0) = R³ for every σ0.
 
     It is a covariance only inside the ball r ≤ R. There k and k' vanish at r = R, so beyond the ball it is
     continued by 0: the mean returns to the prior mean and the variance to R³.
@@ -72,7 +72,7 @@ KERNELS: dict[str, type[Kernel]] = {
 
 
 def named(name: str) -> type[Kernel]:
-    """The kernel called `name`; raises `InputError` with the valid names."""
+    """The kernel with this name; raises `InputError` with the valid names."""
     if name not in KERNELS:
         raise unknown("kernel", name, KERNELS)
     return KERNELS[name]

@@ -1,7 +1,7 @@
 """The raw jets of the surface in C, compiled once by the system's compiler and kept in the user's cache.
 
-`gpis_jets.c` does what `Gpis.mean_jet` and `Gpis.variance_jet` do in NumPy, six times as fast and in two steps, and
-stands in for them where a C compiler is found. The library has the jets of shapes too (`native_shapes.py`).
+`gpis_jets.c` computes the same as `Gpis.mean_jet` and `Gpis.variance_jet` in NumPy, six times as fast and in two steps.
+It is used if there is a C compiler. The library has the jets of shapes too (`native_shapes.py`).
 """
 
 import ctypes
@@ -21,12 +21,12 @@ from sgnlp.surface.kernels import Matern32, Matern52, SquaredExponential, ThinPl
 
 SOURCES = ("gpis_jets.c", "shape_jets.c")
 FLAGS = ("-O2", "-march=native", "-fno-math-errno", "-fno-trapping-math")
-"""-O3 gains nothing. No -ffast-math: the same input is to give the same bits."""
+"""-O3 gains nothing. No -ffast-math, because the same input must give the same bits."""
 ROWS, COLUMNS, WORK, LANES = 8, 12, 5, 8
-"""Of the C source: rows of a panel of L⁻¹ and of its transpose, vectors of work a training point, points in a
-vector at most."""
+"""Constants of the C source: rows of a panel of L⁻¹ and of its transpose, work vectors for each training point, and the
+largest number of points in a vector."""
 ALIGNMENT = 64
-"""Of the arrays [bytes]: a cache line, and the widest vector."""
+"""Alignment of the arrays [bytes]: a cache line, and the widest vector."""
 CODES: dict[type[Kernel], int] = {ThinPlate: 0, Matern32: 1, Matern52: 2, SquaredExponential: 3}
 """Numbers of the kernels in the C source."""
 
@@ -42,14 +42,14 @@ class _Surface(ctypes.Structure):
 
 
 class NativeJets:
-    """The jets of one fitted surface by the compiled library, variances of `uncertain` points at most.
+    """The jets of one fitted surface by the compiled library, with variances of at most `uncertain` points.
 
-    Not to be shared by threads: it has one work space.
+    It has one workspace, so threads must not share it.
     """
 
     def __init__(self, library: ctypes.CDLL, gpis: Gpis, uncertain: int):
         N, multiple = len(gpis.X), math.lcm(ROWS, COLUMNS)
-        n = -(-N // multiple) * multiple  # padded with copies of the first point that have no weight
+        n = -(-N // multiple) * multiple  # padded with copies of the first point, with weight 0
         X, alpha, chol_inverse = np.tile(gpis.X[0], (n, 1)), np.zeros(n), np.zeros((n, n))
         X[:N], alpha[:N], chol_inverse[:N, :N] = gpis.X, gpis.alpha, np.tril(gpis.chol_inverse)
         forward = np.concatenate([chol_inverse[i : i + ROWS, : i + ROWS].T.ravel() for i in range(0, n, ROWS)])
@@ -64,12 +64,12 @@ class NativeJets:
     def values(self, Z: Array, mean: Array, variance: Array) -> None:
         """μ and ∇μ at Z (Q, 3) [m] into mean[:, :4] (Q, 20), σ² at the first V points into variance[:, 0] (V, 10).
 
-        Z has its columns in one piece, the jets their rows.
+        The columns of Z and the rows of the jets must be contiguous.
         """
         self._call(self._library.gpis_values, Z, mean, variance)
 
     def derivatives(self, Z: Array, mean: Array, variance: Array) -> None:
-        """The rest of the jets. The V points are those of the last call of `values` that had any."""
+        """The rest of the jets. The V points are those of the last call of `values` with V > 0."""
         self._call(self._library.gpis_derivatives, Z, mean, variance)
 
     def _call(self, function: Any, Z: Array, mean: Array, variance: Array) -> None:
@@ -85,7 +85,7 @@ class NativeJets:
 
 
 class NumpyJets:
-    """The same steps in NumPy, where there is no compiler: the first does it all."""
+    """The same steps in NumPy, without a compiler: the first step computes everything."""
 
     def __init__(self, gpis: Gpis):
         self._gpis = gpis
@@ -99,22 +99,22 @@ class NumpyJets:
 
 
 def raw_jets(gpis: Gpis, uncertain: int, compiled: bool = True) -> NativeJets | NumpyJets:
-    """The jets of a fitted surface, variances of `uncertain` points at most; in C if `compiled` and it can be had.
+    """The jets of a fitted surface, with variances of at most `uncertain` points; in C if `compiled` and possible.
 
-    A kernel that the C source does not know is evaluated in NumPy.
+    A kernel that is not in the C source is evaluated in NumPy.
     """
     loaded = library() if compiled and type(gpis.kernel) in CODES else None
     return NumpyJets(gpis) if loaded is None else NativeJets(loaded, gpis, uncertain)
 
 
 def library() -> ctypes.CDLL | None:
-    """The compiled library, built if it is not in the cache or damaged; None where it cannot be built or loaded."""
+    """The compiled library, built if it is missing in the cache or damaged; None if it cannot be built or loaded."""
     return attempt()[0]
 
 
 @lru_cache(maxsize=1)
 def attempt() -> tuple[ctypes.CDLL | None, str]:
-    """The compiled library, and where there is none, why, with the remedy."""
+    """The compiled library, or None and the reason with the remedy."""
     sources = {name: files("sgnlp.surface").joinpath(name).read_text(encoding="utf-8") for name in SOURCES}
     built = toolchain.cache_folder() / f"jets-{toolchain.fingerprint(*sources.values(), *FLAGS)}.so"
     try:
@@ -124,7 +124,7 @@ def attempt() -> tuple[ctypes.CDLL | None, str]:
         loaded.gpis_values.restype = loaded.gpis_derivatives.restype = loaded.shape_jets.restype = None
     except (SolverError, MachineError) as error:
         return None, str(error)
-    except (OSError, AttributeError) as error:  # of another processor, or from where no program is run
+    except (OSError, AttributeError) as error:  # built for another processor, or on a file system that runs no programs
         return None, f"'{built}' cannot be loaded: {error}; {toolchain.ELSEWHERE}, or name another compiler in CC"
     return loaded, ""
 

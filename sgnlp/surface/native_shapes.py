@@ -1,6 +1,6 @@
-"""The jets of shapes in C: `shape_jets.c`, which does what `ShapeField.jets` does in NumPy, in a fifth of the time.
+"""The jets of shapes in C: `shape_jets.c` computes the same as `ShapeField.jets` in NumPy, in a fifth of the time.
 
-Values alone take a tenth of it.
+Values alone take a tenth of that.
 """
 
 import ctypes
@@ -24,7 +24,7 @@ class _Field(ctypes.Structure):
 
 
 class NativeShapes:
-    """The jets of a field by the compiled library. Not to be shared by threads: it has one work space."""
+    """The jets of a field by the compiled library. It has one workspace, so threads must not share it."""
 
     def __init__(self, library: ctypes.CDLL, field: ShapeField):
         rows = [[*s.centre, *s.rotation.ravel(), *s.half, s.radius, s.circular] for s in field.shapes]
@@ -34,9 +34,9 @@ class NativeShapes:
         self._jets = library.shape_jets
 
     def into(self, jets: Array, points: Array, complete: bool) -> None:
-        """The jets at points (K, 3) [m] into jets (K, 10), both with their columns in one piece.
+        """Write the jets at points (K, 3) [m] into jets (K, 10), both with contiguous columns.
 
-        Derivatives are 0 unless they are asked for by `complete`.
+        Derivatives are 0 unless `complete`.
         """
         if not self._field.count:
             jets[:] = np.eye(1, jets.shape[1]) * FAR
@@ -53,7 +53,7 @@ class NativeShapes:
 
 
 class NumpyShapes:
-    """The same in NumPy, where there is no compiler: derivatives always."""
+    """The same in NumPy, without a compiler: derivatives are always computed."""
 
     def __init__(self, field: ShapeField):
         self._field = field
@@ -64,6 +64,6 @@ class NumpyShapes:
 
 
 def shape_jets(field: ShapeField, compiled: bool = True) -> NativeShapes | NumpyShapes:
-    """The jets of a field, in C if `compiled` and it can be had."""
+    """The jets of a field, in C if `compiled` and possible."""
     library = native.library() if compiled else None
     return NumpyShapes(field) if library is None else NativeShapes(library, field)

@@ -1,11 +1,11 @@
-"""Where an object has gone on its table: the planar motion that brings what was seen of it onto a new cloud.
+"""The motion of an object on its table: the planar motion that maps its known points onto a new cloud.
 
     min over ψ, x, y of  Σ w_i (n(y_i)·(T⁻¹ z_i - y_i))²,   T z = c + Rz(ψ) (z - c) + (x, y, h)
 
 z_i are the new points, y_i the known ones next to T⁻¹ z_i, n the normal of the known surface, c the middle of the known
-points, h by how much the table has moved: iterated closest points with planes (Chen & Medioni 1992) by Gauss-Newton,
-w Huber's weight. Known points, not the surface, are what is compared: the surface smooths edges, which would pull.
-Where nothing tells a turn, as of a ball, the damping leaves it at none.
+points, h the rise of the table: iterated closest points with planes (Chen & Medioni 1992) by Gauss-Newton, w Huber's
+weight. The new points are compared with the known points, not with the surface, because smoothed edges would bias the
+motion. If the turn is undetermined, as for a ball, the damping keeps it at zero.
 """
 
 from dataclasses import dataclass, replace
@@ -17,18 +17,18 @@ from sgnlp.base.arrays import Array
 from sgnlp.surface.gpis import Gpis, frozen
 
 POINTS = 150
-"""So many of the new points are compared: a cloud has thousands, of which neighbours say the same."""
+"""Number of new points that are compared: a cloud has thousands, and neighbours are redundant."""
 STEPS, SETTLED = 30, 1e-5
-"""Steps at most, and the step [m, and rad times the object's radius] that ends them."""
+"""Largest number of steps, and the step size that ends them [m, and rad times the object's radius]."""
 HUBER = 0.003
-"""Distances above this [m] count less: twice the noise of a depth camera at 0.6 m."""
+"""Distances above this [m] have less weight: twice the noise of a depth camera at 0.6 m."""
 DAMPING = 1e-3
 """Share of the mean diagonal entry of JᵀJ of a shift that is added to both, and for the turn at the object's radius."""
 NEAR, LOST = 0.005, 0.05
-"""The object is the one that was known if as many of the new points are so near its surface [m] as of the known ones,
-but for this share."""
+"""The object is the known one if the share of new points this near its surface [m] is as large as that of the known
+points, up to this difference."""
 AGAIN, SEEN = 0.015, 0.8
-"""And if this share of the known points has a new one so near [m]: nothing large has gone or is hidden."""
+"""It must also hold that this share of the known points has a new point this near [m]: no large part is missing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ class PlanarMotion:
         return self.centre + (Z - self.centre - self.shift) @ self.rotation
 
     def moved(self, gpis: Gpis) -> Gpis:
-        """The surface, moved: its kernel knows distances alone, so that the weights stay."""
+        """The surface, moved: its kernel depends only on distances, so the weights stay the same."""
         X, centre = frozen(self(gpis.X), self(gpis.centre))
         return replace(gpis, X=X, centre=centre)
 
@@ -63,8 +63,8 @@ class PlanarMotion:
 class Registration:
     """A motion and how well it fits.
 
-    `known` and `new` are the shares of those points that are near the known surface, `seen` that of the known points
-    that are seen again.
+    `known` and `new` are the shares of known and of new points near the known surface, `seen` is the share of the known
+    points that are seen again.
     """
 
     motion: PlanarMotion
@@ -74,14 +74,14 @@ class Registration:
 
     @property
     def fits(self) -> bool:
-        """Whether what is seen now is the object that was known, moved."""
+        """Whether the new cloud shows the known object, moved."""
         return self.new >= self.known - LOST and self.seen >= SEEN
 
 
 def registered(gpis: Gpis, known: Array, new: Array, rise: float = 0.0) -> Registration:
-    """The motion of an object of a known surface, of which points `known` (N, 3) were seen and `new` (K, 3) are now.
+    """The motion of an object with a known surface, from points `known` (N, 3) to points `new` (K, 3) [m].
 
-    `rise` [m] is by how much the table has moved up.
+    `rise` [m] is the rise of the table.
     """
     Z, centre, tree, normals = spread(new), known.mean(axis=0), _tree(known), np.full(known.shape, np.nan)
     shift = np.array([*(_middle(new) - _middle(known))[:2], rise])
@@ -106,7 +106,7 @@ def spread(points: Array) -> Array:
 
 
 def _tree(points: Array) -> cKDTree:
-    """A tree that is quick to build, for it answers few queries."""
+    """A k-d tree that is quick to build, for few queries."""
     return cKDTree(points, compact_nodes=False, balanced_tree=False)
 
 
@@ -115,7 +115,7 @@ def _middle(points: Array) -> Array:
 
 
 def offsets(motion: PlanarMotion, Z: Array, Y: Array, N: Array) -> tuple[Array, Array]:
-    """d (K,) [m] of points Z (K, 3) off the planes through Y (K, 3) with normals N (K, 3), and ∂d/∂(ψ, x, y) (K, 3)."""
+    """Distances d (K,) [m] of points Z (K, 3) from planes through Y (K, 3) with normals N (K, 3), and ∂d/∂(ψ, x, y)."""
     n, arm = N @ motion.rotation.T, Z - motion.centre - motion.shift
     J = -np.stack([n[:, 1] * arm[:, 0] - n[:, 0] * arm[:, 1], n[:, 0], n[:, 1]], axis=1)
     return ((motion.inverse(Z) - Y) * N).sum(axis=1), J

@@ -1,4 +1,4 @@
-"""Points with values and noise, of which a training set is put together."""
+"""Points with values and noise, the parts of a training set."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ class Samples:
 
     @classmethod
     def of(cls, X: Array, y: Array | float, noise: float) -> Self:
-        """Points of one noise, with a value each or one for all."""
+        """Points with the same noise, and with one value each or one for all."""
         return cls(X, np.broadcast_to(np.asarray(y, float), len(X)), np.full(len(X), noise))
 
     @classmethod

@@ -4,8 +4,8 @@
     s(x) = -τ log Σ_j exp(-s_j(x)/τ)                               smooth
     s_j  = √(Σ_i p(q_i)² + w²) - p(-m) - r,   m = τ log Σ_i exp(q_i/τ),   p(q) = (q + √(q² + w²))/2
 
-with q of `sgnlp.perception.shape`, whose |u| and √(u_x² + u_y²) become √(· + w²). p rounds max(q, 0), m max_i q_i. So s
-is d but for a fraction of a millimetre, and smooth inside, at edges and between two shapes too.
+with q of `sgnlp.perception.shape`, whose |u| and √(u_x² + u_y²) become √(· + w²). p rounds max(q, 0), and m rounds
+max_i q_i. So s differs from d by about a millimetre at the surface, and is smooth inside, at edges and between shapes.
 """
 
 from collections.abc import Sequence
@@ -17,18 +17,18 @@ from sgnlp.perception.shape import FAR, Shape
 from sgnlp.surface.gpis import PAIRS
 
 WIDTH = 2e-3
-"""w [m]. A sphere of the hand has 1 cm or more, and at 1 cm from a face the smooth distance is 0.2 mm too large; at the
-surface 1.2 mm. A quarter of this takes twice the iterations."""
+"""w [m]. The smooth distance is 0.2 mm too large at 1 cm from a face, the least radius of the hand's spheres, and 1.2
+mm at the surface. A quarter of this width takes twice the iterations."""
 MIXING = 2e-3
-"""τ [m]: of two equal distances the smooth one is 1.4 mm less, on the safe side."""
+"""τ [m]: the smooth minimum of two equal distances is 1.4 mm smaller, which is on the safe side."""
 NEGLIGIBLE = 25.0
-"""Shapes farther than the nearest by so many τ have no part in the sum: it would change by 3e-14 m."""
+"""Shapes farther than the nearest by this many τ are left out of the sum: it would change by 3e-14 m."""
 JET = 10
 """Value, 3 first and 6 second derivatives, in the order of `PAIRS`."""
 
 
 class ShapeField:
-    """The union of shapes; with none, every distance is `FAR`."""
+    """The union of shapes; without shapes every distance is `FAR`."""
 
     def __init__(self, shapes: Sequence[Shape]):
         self.shapes = tuple(shapes)
@@ -108,7 +108,7 @@ def _union(q: Array) -> tuple[Array, Array, Array]:
 def _coordinates(u: Array, half: Array, circular: Array) -> tuple[Array, Array, tuple[Array, Array]]:
     """q (P, 3), its first derivatives (P, 3, 3) by u (P, 3), and the second ones.
 
-    Those are the diagonal (P, 3) of ∂²q_i/∂u_i², and ∂²q_0/∂u² (P, 3, 3) where q_0 is radial.
+    The second ones are the diagonal (P, 3) of ∂²q_i/∂u_i², and ∂²q_0/∂u² (P, 3, 3) if q_0 is radial.
     """
     root = np.sqrt(u * u + WIDTH**2)
     first, diagonal, radial2 = np.zeros((len(u), 3, 3)), WIDTH**2 / root**3, np.zeros((len(u), 3, 3))

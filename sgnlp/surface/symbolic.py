@@ -7,7 +7,7 @@ from sgnlp.surface.kernel import MIN_RADIUS
 
 
 class Posterior:
-    """The posterior at points Z (Q, 3) as CasADi matrices: what `Gpis` gives in numbers, of the same shapes."""
+    """The posterior at points Z (Q, 3) as CasADi matrices, with the shapes of the numbers of `Gpis`."""
 
     def __init__(self, gpis: Gpis, Z: ca.MX):
         Q, (N, _) = Z.shape[0], gpis.X.shape

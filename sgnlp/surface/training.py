@@ -1,4 +1,4 @@
-"""The training set of the implicit surface, and the prior that it conditions."""
+"""The training set of the implicit surface, and its prior."""
 
 from dataclasses import dataclass, replace
 
@@ -33,7 +33,7 @@ class TrainingSet:
     kernel: Kernel
     centre: Array
     deviation_scale: float = 1.0
-    free_space: bool = False  # whether it has points where cameras saw that nothing is
+    free_space: bool = False  # whether it has points of free space
 
 
 def training_set(
@@ -45,10 +45,10 @@ def training_set(
 ) -> TrainingSet:
     """The training set of an observation; the same seed gives the same set.
 
-    With free space where it is used and known, else the paper's.
+    It uses free space if that is wanted and known, else it is the paper's set.
 
     Raises:
-        InputError: no `kernel` is given, and the settings name one that is not known.
+        InputError: no `kernel` is given, and the settings name an unknown one.
     """
     kind = kernel or named(settings.kernel)
     centre, half = cube(observation, settings)
@@ -63,12 +63,12 @@ def training_set(
 
 
 def carves(observation: Observation, free_space: FreeSpace) -> bool:
-    """Whether a training set has free space: it is used, and the cameras are known and stood where they are said to."""
+    """Whether a training set has free space: it is wanted, and the cameras' positions are known and plausible."""
     return free_space.used and bool(_trusted(observation))
 
 
 def _trusted(observation: Observation) -> tuple[Sight, ...]:
-    """What the cameras saw, nothing if they cannot have stood where they are said to."""
+    """What the cameras saw; empty if their positions are implausible."""
     seen_by = cameras_of(observation)
     return () if doubt(seen_by) else seen_by
 

@@ -183,7 +183,7 @@ def test_under_position_control_each_joint_is_a_spring_to_a_setpoint_on_its_way_
 
 
 def test_position_control_of_a_plan_without_joints_is_refused():
-    with pytest.raises(InputError, match=r"position control needs a plan of the joints at contact: --closing.planned"):
+    with pytest.raises(InputError, match=r"position control needs planned joints at contact: --closing.planned"):
         Controller(LEFT, aimed(LEFT, joints_squeeze=None), Law(control="position"))
 
 

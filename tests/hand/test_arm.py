@@ -156,7 +156,7 @@ def test_a_hand_is_loaded_on_an_arm_that_stands_where_it_is_told(base, pose):
 def test_a_base_without_an_arm_and_one_of_no_known_length_are_refused():
     with pytest.raises(InputError, match="the base of an arm is given, but no arm"):
         load_hand("allegro_left", arm_base=[0, 0, 0])
-    with pytest.raises(InputError, match="told by 3, 6 or 7 numbers"):
+    with pytest.raises(InputError, match="given by 3, 6 or 7 numbers"):
         load_hand("allegro_left", arm="panda", arm_base=[0, 0])
 
 

@@ -191,7 +191,7 @@ def test_a_solver_that_refuses_or_fails_is_the_failure_of_a_start_in_one_line():
 
     two_phase = replace(PLAIN, solver=replace(PLAIN.solver, formulation="two_phase"))
     for settings, solver, reason in (
-        (two_phase, "adamw-200", "adamw-200 knows no equality rows; the penalty formulation has none"),
+        (two_phase, "adamw-200", "adamw-200 cannot handle equality rows; the penalty formulation has none"),
         (PLAIN, Stuck(), "the answer of stuck is not finite"),
         (PLAIN, Plugin(name="knitro", plugin="knitro"), f"casadi {ca.__version__} has no plugin 'knitro' here"),
     ):

@@ -1,6 +1,6 @@
 """Benchmarks of everything between a cloud and its grasps, by the question that they answer.
 
-Wall times are those of `time.perf_counter`; beside them stands the median of the CPU time.
+Wall times are from `time.perf_counter`; the median CPU time is given besides.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -26,7 +26,7 @@ SECTIONS: dict[str, tuple[str, Callable[[Bench], Iterator[Row]]]] = {
     "cluster": ("Does a cluster keep its workers busy?", cluster.rows),
     "earlier": ("What has become quicker since an earlier version?", earlier.rows),
 }
-"""The question of each section and what answers it."""
+"""The question of each section, and the function that answers it."""
 TARGETS_MET = "Are the targets met?"
 TARGETS = {
     "sgnlp.solve, 7 starts, 2 jobs: solving": 0.35,  # [s]
@@ -72,5 +72,5 @@ def _line(row: Row) -> dict[str, str]:
 
 
 def number(value: float) -> str:
-    """Three digits, more before the point; nothing for NaN."""
+    """At least three digits, without cutting off digits before the point; "" for NaN."""
     return "" if isnan(value) else f"{value:.0f}" if abs(value) >= 1000 else f"{value:.3g}"

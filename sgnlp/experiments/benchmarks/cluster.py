@@ -5,7 +5,7 @@ time c, and the gap d between its end and the beginning of the worker's next. Wi
 
     n c/(c + d_n)   times the throughput of one without gaps.
 
-What limits more workers is the process that gives out work: it saves each result, one after the other.
+The number of workers is limited by the process that gives out work: it saves the results one after the other.
 """
 
 import os
@@ -30,7 +30,7 @@ from sgnlp.planning.workers import Workers, each
 
 WORKERS = (1, 4)
 EACH = 3
-"""So many objects for each of the most workers: two gaps each, and the first task of a worker builds its functions."""
+"""Objects for each worker of the largest run: two gaps each, since a worker's first task builds its functions."""
 GAIN = f"dask, {WORKERS[-1]} workers over {WORKERS[0]}"
 LOST = f"dask, {WORKERS[-1]} workers: throughput lost to waiting"
 
@@ -49,7 +49,7 @@ class Span:
 class Run:
     """A batch on some workers: a span for each object, its grasps, and the time from beginning to end [s].
 
-    `main` is the CPU time [s] an object of this process, which saved them, but for the first, before which it begins.
+    `main` is the CPU time [s] of this process for each object that it saved, except for the first one.
     """
 
     spans: Sequence[Span]
@@ -73,7 +73,7 @@ class Run:
 
 
 def rows(bench: Bench) -> Iterator[Row]:
-    """The same few objects without Dask and on clusters of this machine; nothing where Dask is not installed."""
+    """The same few objects without Dask, and on clusters of this machine; empty if Dask is not installed."""
     if find_spec("distributed") is None:
         return
     with tempfile.TemporaryDirectory() as name:

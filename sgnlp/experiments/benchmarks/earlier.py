@@ -31,7 +31,7 @@ def rows(bench: Bench) -> Iterator[Row]:
                 warm.append([_timed(solve, place, at) for place, at in zip(caches, versions, strict=True)])
                 if k == 0:
                     then = _timed(solve, folder / f"empty then {i}", bench.earlier)
-                    alone = [*solve, "--no-build"]  # nothing runs on beside what is measured next
+                    alone = [*solve, "--no-build"]  # nothing may run in the background of the next measurement
                     cold.append([then, _timed(alone, folder / f"empty now {i}", None)])
     size = f"{bench.starts} starts, {bench.jobs} jobs; commit {bench.earlier_commit}"
     for name, pairs in ((WARM, warm), (COLD, cold)):
@@ -42,6 +42,6 @@ def rows(bench: Bench) -> Iterator[Row]:
 
 
 def _timed(arguments: list[str], place: Path, version: Path | None) -> Time:
-    """Times of the command with a cache of its own."""
+    """Times of the command with its own cache."""
     with cache(place):
         return clock(partial(command, arguments, version))

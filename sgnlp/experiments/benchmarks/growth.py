@@ -47,7 +47,7 @@ def points(bench: Bench) -> Iterator[Row]:
 
 
 def with_points(settings: Settings, surface: int, interior: int | None = None) -> Settings:
-    """Settings with so many points on the surface, and inside if that is told: with free space and without."""
+    """Settings with this many points on the surface, and inside if given, with free space and without."""
     inside = settings.gpis.interior_points if interior is None else interior
     gpis = replace(settings.gpis, surface_points=surface, interior_points=inside)
     return replace(settings, gpis=gpis, free_space=replace(settings.free_space, surface_points=surface))
@@ -85,9 +85,9 @@ def many(bench: Bench) -> Iterator[Row]:
 
 
 def variations(observations: Sequence[Observation], count: int, seed: int, folder: Path) -> list[Path]:
-    """Files of clouds taken in turn, each turned about the vertical and scaled, on the table where it stood.
+    """Files of clouds taken in turn, each turned about the vertical and scaled, at its place on the table.
 
-    What the cameras saw past the object turns along, so that free space is known as it was.
+    The background turns with the cloud, so that free space stays known.
     """
     rng, files = np.random.default_rng(seed), []
     for i in range(count):

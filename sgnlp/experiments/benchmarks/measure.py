@@ -25,13 +25,13 @@ T = TypeVar("T")
 LEAST = 0.02
 """A warm task is repeated within one measurement until it takes this long [s], a thousand times a clock's tick."""
 SHORT = 8
-"""Digits of a commit that tell it from others."""
+"""Number of digits that identify a commit."""
 UNITS = {"s": 1.0, "ms": 1e3, "µs": 1e6}  # units of time in a second
 
 
 @dataclass(frozen=True)
 class Bench:
-    """The subject of all measurements. What belongs to one object is measured on the first file."""
+    """The subject of all measurements. Measurements of a single object use the first file."""
 
     files: tuple[Path, ...]
     hand_name: str
@@ -84,7 +84,7 @@ class Bench:
 
 @dataclass(frozen=True)
 class Row:
-    """One measured quantity: spread and median over `repeats` values; `cpu` is the median of the CPU time, if a time.
+    """One measured quantity: spread and median over `repeats` values; `cpu` is the median CPU time of a time.
 
     CPU time is that of the process and of its children that have ended.
     """
@@ -128,7 +128,7 @@ def clock(task: Callable[[], object], number: int = 1) -> Time:
 
 
 def warm_times(task: Callable[[], object], repeats: int) -> list[Time]:
-    """Times of a task that is called twice before, so that it is warm and known how often to call it at once."""
+    """Times of a warm task: two calls before show how many calls one measurement needs."""
     task()
     number = math.ceil(LEAST / max(clock(task).wall, LEAST * 1e-6))
     return [clock(task, number) for _ in range(repeats)]

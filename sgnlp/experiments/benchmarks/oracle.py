@@ -1,4 +1,4 @@
-"""One call of f, ∇f, g, J and H, as Ipopt makes it, and the jets of the surface in it against the machine's peak."""
+"""One call of f, ∇f, g, J and H, as by Ipopt, and its jets of the surface against the machine's peak speed."""
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
@@ -32,7 +32,7 @@ SQUARE = 1000  # rows of the matrices whose product gives the peak
 
 
 def rows(bench: Bench) -> Iterator[Row]:
-    """Times of each function at a new x, where the surface is evaluated first, and at the same x again."""
+    """Times of each function at a new x, including the evaluation of the surface, and at the same x again."""
     problem = bench.problems[0]
     joined, x, p = scene(problem, bench.seed)
     size = f"{joined.nlp.structure.formulation.name}, N = {len(problem.gpis.X)}"

@@ -19,7 +19,7 @@ COMMAND = (sys.executable, "-c", "from sgnlp.cli import main; main()")  # the co
 
 
 def cache(folder: Path) -> AbstractContextManager[object]:
-    """Processes started meanwhile keep what they compile in a folder."""
+    """Let processes started meanwhile use this folder as their cache."""
     return patch.dict(os.environ, XDG_CACHE_HOME=str(folder))
 
 
@@ -37,7 +37,7 @@ def python(code: str) -> None:
 def command(arguments: Sequence[str], version: Path | None = None) -> None:
     """Run the command `sgnlp`, of another version if its checkout is named.
 
-    A plan without a feasible grasp is one too.
+    A plan without a feasible grasp counts as success of the command.
     """
     environment = os.environ | ({"PYTHONPATH": str(version)} if version else {})
     done = subprocess.run([*COMMAND, *arguments], capture_output=True, encoding="utf-8", cwd=version, env=environment)

@@ -1,4 +1,4 @@
-"""What a step of replanning takes, of an object that moves on its table, against planning afresh in the same run."""
+"""The time of a replanning step for an object that moves on its table, against planning afresh in the same run."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -15,12 +15,12 @@ from sgnlp.surface.registration import PlanarMotion
 
 STEPS = 20
 LENGTH, TURN, NOISE = 0.01, np.radians(3.0), 0.001
-"""Of a step [m], [rad]; deviation of a point from step to step [m]."""
+"""Shift and turn of a step [m], [rad]; noise of a point from step to step [m]."""
 STEP = "a step of replanning"
 
 
 def rows(bench: Bench) -> Iterator[Row]:
-    """Streams of `STEPS` clouds of each object. Its first plan, and a fresh one of the last cloud, are by a pool."""
+    """Streams of `STEPS` clouds of each object. The first plan, and a fresh plan of the last cloud, use a pool."""
     steps: list[Time] = []
     afresh: list[Time] = []
     over, how, lost = list[float](), {"moved": 0, "fitted": 0, "": 0}, 0
@@ -43,7 +43,7 @@ def rows(bench: Bench) -> Iterator[Row]:
 
 
 def stream(seen: Observation, seed: int) -> Iterator[Observation]:
-    """The clouds of an object that is pushed on and turned, each with noise of its own."""
+    """The clouds of an object that is shifted and turned step by step, each with independent noise."""
     rng, middle = np.random.default_rng(seed), seen.points.mean(axis=0)
     angle = rng.uniform(-np.pi, np.pi)
     for step in range(1, STEPS + 1):

@@ -21,7 +21,7 @@ from sgnlp.planning.starts import Start, starts
 
 @dataclass(frozen=True)
 class Solve:
-    """A start's solution, its times, and how long f, ∇f, g, J and H took of them [s]."""
+    """A start's solution, its times, and the part of them for f, ∇f, g, J and H [s]."""
 
     iterate: Iterate
     time: Time
@@ -85,7 +85,7 @@ def planned(bench: Bench, observation: Observation, count: int) -> Plan:
 
 
 def whole(bench: Bench) -> Iterator[Row]:
-    """The command `sgnlp solve` from its start to its end, with nothing compiled and with everything; its memory."""
+    """The whole command `sgnlp solve`, with nothing compiled and with everything compiled; its memory."""
     with tempfile.TemporaryDirectory() as name:
         folder, file = Path(name), bench.files[0]
         arguments = ["solve", str(file), "--out", str(folder / "out"), "--quiet", *flags(bench)]
@@ -104,7 +104,7 @@ def whole(bench: Bench) -> Iterator[Row]:
 
 
 def flags(bench: Bench) -> list[str]:
-    """The flags of `sgnlp solve` for what is measured."""
+    """The flags of `sgnlp solve` for the measurement."""
     return [*chosen(bench), "--starts", str(bench.starts), "--seed", str(bench.seed), "--jobs", str(bench.jobs)]
 
 

@@ -32,7 +32,7 @@ Section = Literal[
     "cluster",
     "earlier",
 ]
-PROBLEMS = Path("problems")  # where the clouds are if none is named
+PROBLEMS = Path("problems")  # default folder of the clouds
 
 
 @dataclass(kw_only=True)
@@ -40,17 +40,17 @@ class Benchmark(Starting):
     """Measure fit, build, oracle, solves, memory, ratios and growth over some clouds, and write table and raw rows."""
 
     files: tyro.conf.Positional[tuple[Path, ...]] = ()
-    """the clouds; problems/*_0.npz if none is named"""
+    """the clouds; problems/*_0.npz if not given"""
     sections: tuple[Section, ...] = get_args(Section)
     """what to measure; everything takes half an hour or more"""
     repeats: Annotated[int, POSITIVE] = 5
-    """values of each measurement"""
+    """number of values of each measurement"""
     objects: Annotated[int, POSITIVE] = 1000
-    """objects of the section many, made of the clouds by turning and scaling them"""
+    """number of objects in the section many, made from the clouds by turning and scaling them"""
     jobs: Annotated[int, POSITIVE] = 2
-    """worker processes where there is more than one"""
+    """number of worker processes in sections with several"""
     earlier: Path | None = None
-    """a checkout of an earlier version, for the section of that name"""
+    """a checkout of an earlier version, for the section `earlier`"""
     out: Path = field(default_factory=lambda: Path("results") / "benchmark")
     """folder of the results"""
 

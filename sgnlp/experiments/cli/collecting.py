@@ -20,15 +20,15 @@ MADE = "made.json"
 
 @dataclass(kw_only=True)
 class Collecting(Tabling, Starting):
-    """A command that goes on where it ended when it is run again."""
+    """A command that resumes when it is run again."""
 
     redraw: bool = False
-    """only make tables and figures anew, from the rows that are there"""
+    """only make tables and figures again, from the existing rows"""
 
     def begin(self, folder: Path, facts: dict[str, Any], observations: Sequence[Observation], row: type[Any]) -> None:
         """Write how the rows are made.
 
-        Raises `InputError`: the folder has rows of other settings or clouds, or of another kind.
+        Raises `InputError` if the folder has rows of other settings or clouds, or of another kind.
         """
         inputs = {observation.name: observation.digest for observation in observations}
         how = results.resumed(folder / MADE, made(study=facts, inputs=inputs))

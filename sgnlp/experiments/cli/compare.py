@@ -34,12 +34,12 @@ from sgnlp.program.formulations import formulation as formulation_named
 from sgnlp.show import plots, tables
 
 SIMULATED = "simulated.csv"
-EVERY = "all"  # in the place of the solvers' names
+EVERY = "all"  # instead of the solvers' names
 
 
 @dataclass(kw_only=True)
 class Compare(Collecting):
-    """Compare solvers on the same problems from the same starts; run again, it goes on where it ended.
+    """Compare solvers on the same problems from the same starts. Run it again to resume.
 
     It needs pandas: pip install 'sgnlp[experiments]'.
     """
@@ -47,19 +47,19 @@ class Compare(Collecting):
     files: tyro.conf.Positional[tuple[Path, ...]] = ()
     """the clouds"""
     solvers: tuple[str, ...] = ()
-    """names of `sgnlp solvers`, or `all`; all but those known to fail here if none is named"""
+    """names from `sgnlp solvers`, or `all`; if not given, all but those known to fail here"""
     formulations: tuple[Formulation, ...] = ("penalty", "constrained")
     """what is solved"""
     starts: Annotated[int, POSITIVE] = 3
-    """initial guesses for a cloud, the same for every solver; more of them later are added"""
+    """number of initial guesses for a cloud, the same for every solver; a later run may add more"""
     time_limit: Positive = 3.0
-    """processor time of a solve at most [s]; what takes longer has failed"""
+    """limit of a solve's processor time [s]; a solve that takes longer has failed"""
     repeats: Annotated[int, POSITIVE] = 2
-    """solves of each start in one process, the first of them cold; a failure is not repeated"""
+    """number of solves of each start in one process, the first of them cold; a failure is not repeated"""
     tolerances: tuple[float, ...] = (1e-3, 1e-6)
-    """residuals of the problem as posed to be reached, each by a run that asks for a tenth of it"""
+    """residuals to reach on the problem as posed; the solver gets a tenth of each as its tolerance"""
     simulate: bool = False
-    """carry out each solver's first choice for each object in simulation too; pip install 'sgnlp[sim]'"""
+    """also carry out each solver's first choice for each object in simulation; pip install 'sgnlp[sim]'"""
     out: Path = Path("results/solvers")
     """folder of the results"""
 

@@ -1,4 +1,4 @@
-"""`sgnlp export`: the nonlinear programs of problems for whoever has only CasADi, with a catalogue."""
+"""`sgnlp export`: writes the nonlinear programs of problems for users of CasADi alone, with a catalogue."""
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -30,15 +30,15 @@ COLUMNS = {
 class Export(Observing):
     """Write the nonlinear program of each cloud as CasADi functions with bounds, start and best known point.
 
-    A folder for each holds them with `load.py`, which needs casadi alone; beside them lies a catalogue.
+    Each program has a folder with a `load.py`, which needs only CasADi; beside the folders there is a catalogue.
     """
 
     files: tyro.conf.Positional[tuple[Path, ...]]
     """the clouds"""
     start: int = 0
-    """the start whose program it is; all are solved for the best known point"""
+    """the start of the written program; all starts are solved for the best known point"""
     catalogue: bool = False
-    """write the catalogue alone"""
+    """write only the catalogue"""
     out: Path = Path("results/testset")
     """folder of the programs and the catalogue"""
 

@@ -34,27 +34,27 @@ QUESTIONS = "; ".join(f"{name}: {study.question}" for name, study in STUDIES.ite
 
 @dataclass(kw_only=True)
 class Study(Collecting):
-    """Run an experiment and write its tables, raw rows and figure; run again, it goes on where it ended.
+    """Run an experiment and write its tables, raw rows and figure. Run it again to resume.
 
     It needs pandas: pip install 'sgnlp[experiments]'.
     """
 
     name: Annotated[tyro.conf.Positional[Name], tyro.conf.arg(help=QUESTIONS)]
     files: tyro.conf.Positional[tuple[Path, ...]] = ()
-    """the clouds, where the study is made on clouds"""
+    """the clouds, if the study uses clouds"""
     half: Literal["tuning", "held_out"] | None = None
     """only the clouds of this half of a problem set"""
     conditions: tuple[str, ...] = ()
-    """only these conditions, by their names in the study's tables; all if none is named"""
+    """only these conditions, by their names in the study's tables; all if not given"""
     timeout: Positive = 300.0
-    """wall-clock limit of a start with all that it is compared with [s]"""
+    """wall-clock limit of a start, including what it is compared with [s]"""
     pictures: bool = False
-    """look at the failed trials again, with pictures and reasons in failures.md, where the study has trials"""
+    """carry out the failed trials again, and write pictures and reasons to failures.md, if the study has trials"""
     out: Path | None = None
     """folder of the results; results/NAME if not given"""
 
     def run(self, console: Console) -> int:
-        """Every case that has no rows yet, then the tables and the figure over all."""
+        """Run every case without rows, then make the tables and the figure from all rows."""
         study, folder = STUDIES[self.name], self.out or Path("results") / self.name
         frame([])  # refuse before any work if pandas is missing
         if self.redraw:
@@ -72,7 +72,7 @@ class Study(Collecting):
             progress = bar(self.name, len(cases))
             rows, broken = self.collected(console, study.row, cases, folder / ROWS, progress, jobs)
         if rows:
-            self.write(folder, rows)  # in another form too, though no case was missing
+            self.write(folder, rows)  # also as Parquet, even if no case was missing
             _show(console, study, rows, folder)
         if self.pictures and study.failed:
             with bars(console) as bar:
@@ -105,7 +105,7 @@ class Study(Collecting):
         return [case for case in cases if not self.conditions or case.key[-1] in self.conditions]
 
     def _redraw(self, console: Console, study: studies.Study, folder: Path) -> int:
-        """Make only tables and figure: the rows and how they were made stay, whatever is set here."""
+        """Make only tables and figure; rows and `made.json` stay, whatever the flags."""
         rows = results.read_rows(folder / ROWS, study.row)
         if not rows:
             raise InputError(f"there are no rows to draw: '{folder / ROWS}'")

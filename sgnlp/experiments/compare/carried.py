@@ -34,9 +34,9 @@ class Row:
 
 
 def cases(table: Table, runs: Mapping[Key, Run]) -> list[Case]:
-    """A case for each object, formulation and solver; the first choice is the feasible one of the widest margin.
+    """A case for each object, formulation and solver; the first choice is the feasible one with the widest margin.
 
-    Of each start the answer to the tightest tolerance counts at which the solver ended by itself.
+    For each start the answer to the tightest tolerance counts at which the solver ended by itself.
     """
     groups: dict[tuple[str, str, str], list[Run]] = defaultdict(list)
     for (name, formulation, solver, _), run in runs.items():
@@ -86,7 +86,7 @@ def lines(rows: Frame) -> Lines:
 
 
 def without(rows: Frame) -> dict[str, list[str]]:
-    """For each formulation the solvers that have no first choice on any object, and so hold none."""
+    """For each formulation, the solvers without a first choice on any object, which hold none."""
     best = rows.groupby(["formulation", "solver"], sort=False).start.max()
     none = best[best < 0].reset_index()
     return {str(name): list(group.solver) for name, group in none.groupby("formulation", sort=False)}

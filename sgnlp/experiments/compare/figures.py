@@ -10,10 +10,10 @@ from sgnlp.experiments.compare.table import Table
 from sgnlp.experiments.frames import Frame, curves
 from sgnlp.show.plots import STYLES, Panel, Series
 
-MOST = len(STYLES)  # lines in a panel at most: as many as can be told apart
+MOST = len(STYLES)  # largest number of lines in a panel: as many as can be distinguished
 FACTORS = np.geomspace(1.0, 64.0, 60).tolist()  # factors of the best time
 BUDGETS = np.geomspace(0.3, 300.0, 60).tolist()  # calls over n + 1
-MOMENTS = np.geomspace(0.003, 10.0, 40).tolist()  # times at which the courses are looked at [s]
+MOMENTS = np.geomspace(0.003, 10.0, 40).tolist()  # times at which the courses are sampled [s]
 FLOOR = 1e-9  # residuals and gaps below are drawn here
 
 
@@ -64,7 +64,7 @@ def courses(table: Table) -> list[Panel]:
 
 
 def _course(ends: Frame, column: int) -> list[float]:
-    """The median of the running minimum at each moment; before its first point a run is at its start: infinite."""
+    """The median of the running minimum at each moment; before its first point a run counts as infinite."""
     curves = []
     for end in ends[ends.way != ""].itertuples():
         points = course(end.way)

@@ -1,4 +1,4 @@
-"""The page of a comparison: which solver to use, and everything that says so."""
+"""The page of a comparison: which solver to use, and the evidence for it."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any

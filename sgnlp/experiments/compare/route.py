@@ -1,4 +1,4 @@
-"""A solver set up on a problem: the programs of a formulation, with functions that are metered."""
+"""A solver set up on a problem: the programs of a formulation, with metered functions."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -19,13 +19,13 @@ from sgnlp.program.oracle import Functions, Oracle
 from sgnlp.program.structure import Structure
 
 ASKED = 0.1
-"""Share of the tolerance that a solver is asked for: each measures in its own scaling, we in that of the problem."""
-ITERATIONS = 20_000  # iterations of the last program at most: the limit that counts is that of time
+"""The solver's tolerance over ours: each solver measures in its own scaling, we in that of the problem."""
+ITERATIONS = 20_000  # largest number of iterations of the last program; the limit of time is reached first
 
 
 @dataclass(frozen=True)
 class Run:
-    """What is run: a solver by name, on a file's problem in a formulation, from a start by index."""
+    """A run: a solver by name, on a file's problem in a formulation, from a start by index."""
 
     file: Path
     formulation: str
@@ -39,7 +39,7 @@ class Run:
     limit: float
 
     def posed(self, problem: Problem, tolerance: float) -> Problem:
-        """The problem of the file in the formulation, with what a solver is asked for."""
+        """The problem of the file in the formulation, with the solver's tolerance and limits."""
         solver = replace(problem.settings.solver, max_iterations=ITERATIONS, tolerance=ASKED * tolerance)
         settings = replace(problem.settings, solver=solver)
         return replace(problem, settings=settings, formulation=formulation(self.formulation))
@@ -63,7 +63,7 @@ def build_seconds(problem: Problem) -> float:
 class Route:
     """A solver set up on the programs of a formulation, each of which begins where the one before it ended.
 
-    `watch` hears of each point at which ∇f is asked for in the last one.
+    `watch` is called with each point at which ∇f is evaluated in the last program.
     """
 
     def __init__(self, run: Run, problem: Problem, tolerance: float, watch: Callable[[Array], None]):
@@ -75,7 +75,8 @@ class Route:
         self.setup = time.perf_counter() - begin
         self.last = self.planner.stages[-1]
         instance, self.first = self.planner.begin(self.last, self.start)
-        self.judged = replace(instance, functions=self.last.oracle)  # on functions that nobody counts or watches
+        # with functions that are neither counted nor watched
+        self.judged = replace(instance, functions=self.last.oracle)
 
     def _metered(self, oracle: Oracle) -> Functions:
         self._meters.append(Meter(oracle))

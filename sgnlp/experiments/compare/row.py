@@ -1,4 +1,4 @@
-"""What one run of a solver says."""
+"""The row of one run of a solver."""
 
 from dataclasses import dataclass
 from math import nan
@@ -9,10 +9,11 @@ class Row:
     """One run. Energies are weighted and smoothed, as the solver saw them; residuals are recomputed.
 
     `repeat` 0 is the first solve of its process, cold. `reached` is whether every residual of the problem as posed is
-    within `tolerance`; `status` is the solver's word. `estimated` tells that the multipliers are ours. `lowest` is the
-    lowest energy on the way, rows met or not, of methods that have one. `build`, `setup` and `seconds` are of loading
-    or building the functions, of making the solver, and of solving; `cpu` is `seconds` in processor time. `trace` has
-    `seconds:energy:residual` on the way, in processor time. `failure` is why there is no answer.
+    within `tolerance`; `status` is the solver's own. `estimated` says that the multipliers are estimated. `lowest` is
+    the lowest energy on the way, whether or not rows are satisfied, for methods that report one. `build`, `setup` and
+    `seconds` are the times of loading or building the functions, of making the solver, and of solving; `cpu` is
+    `seconds` in processor time. `trace` has `seconds:energy:residual` on the way, in processor time. `failure` is the
+    reason if there is no answer.
     """
 
     object: str

@@ -23,14 +23,14 @@ from sgnlp.planning.solvers.process import Send, apart, spend
 from sgnlp.planning.solvers.solver import Answer, Array
 from sgnlp.program.nlp import ENERGY_UNIT
 
-GRACE = 1.5  # times its limit the kernel ends a process that has not stopped by itself at the limit
+GRACE = 1.5  # factor on the time limit after which the kernel ends a process that did not stop by itself
 TRACED = 0
-"""The start whose way is kept; the residuals of every way would take longer than the solvers."""
-TRACE_POINTS = 16  # points kept of a way, even in the logarithm of time
+"""The start whose iterates are traced; residuals of all traces would take longer than the solvers."""
+TRACE_POINTS = 16  # number of points of a trace, evenly spaced in the logarithm of time
 
 
 def rows_of(run: Run) -> list[Row]:
-    """The rows of a run; what was not reached, or not tried, has a row with the reason."""
+    """The rows of a run; a tolerance that was not reached or not tried has a row with the reason."""
     name, problem = _posed(run.file, run.hand, run.settings, run.seed)
     built = build_seconds(run.posed(problem, run.tolerances[0]))
     sent, reason = apart(partial(_work, run, problem), GRACE * run.limit)
@@ -39,7 +39,7 @@ def rows_of(run: Run) -> list[Row]:
 
 
 def chosen(run: Run) -> Solution | str:
-    """The solution of a run at its first tolerance, for a look at it, or the reason why there is none."""
+    """The solution of a run at its first tolerance, or the reason why there is none."""
     _, problem = _posed(run.file, run.hand, run.settings, run.seed)
 
     def work(send: Send) -> None:
@@ -134,7 +134,7 @@ def _judged(route: Route, answer: Answer, clock: _Clock, row: Row) -> Row:
 
 
 def _trace(route: Route, begin: float) -> str:
-    """Seconds, energies and residuals at points of the way, with multipliers that are ours."""
+    """Seconds, energies and residuals at points on the way, with estimated multipliers."""
     points = [(moment - begin, x) for moment, x in route.points if moment > begin]
     if not points:
         return ""

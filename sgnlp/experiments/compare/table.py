@@ -19,12 +19,12 @@ SHIFT = 0.1  # shift of the geometric mean [s]: differences below it hardly coun
 
 
 class Table:
-    """The rows of a comparison, and two choices of them with a few more columns.
+    """The rows of a comparison, and two selections of them with additional columns.
 
-    `last` has the last repeat of each run, which is warm. `ends` has, for each instance and solver, that of the
-    tightest tolerance that was tried and gave an answer. `best` is the lowest energy of any solver from the same start
-    where the rows are met; `time` is `cpu` where the tolerance was reached, else infinite; `calls` are of all
-    functions; `cold`, `warm`, `least` and `most` are `cpu` over the repeats; `way` is the first one's trace.
+    `last` has the last repeat of each run, which is warm. `ends` has, for each instance and solver, the row of the
+    tightest tolerance that gave an answer. `best` is the lowest energy of any solver from the same start with the rows
+    satisfied. `time` is `cpu` if the tolerance was reached, else infinite. `calls` counts all functions. `cold`,
+    `warm`, `least` and `most` are `cpu` over the repeats; `way` is the first repeat's trace.
     """
 
     def __init__(self, rows: Sequence[Row]):
@@ -52,7 +52,7 @@ class Table:
         return self._of.get((formulation, solver, tolerance), self.last.iloc[:0])
 
     def times(self, formulation: str, tolerance: float) -> Frame:
-        """Processor times to the tolerance, an instance a line, a solver a column."""
+        """Processor times to the tolerance: a line for each instance, a column for each solver."""
         return _wide(pick(self.last, formulation=formulation, tolerance=tolerance), "time")
 
     def works(self, formulation: str, size: int) -> Frame:
@@ -63,12 +63,12 @@ class Table:
         return _wide(ends.assign(work=work), "work")
 
     def solved_at(self, formulation: str, solver: str, tolerance: float) -> tuple[int, int]:
-        """How many instances reached a tolerance, of how many."""
+        """The number of instances that reached a tolerance, and the number of all instances."""
         rows = self.of(formulation, solver, tolerance)
         return int(rows.reached.sum()), len(rows)
 
     def mean_time(self, formulation: str, solver: str, tolerance: float) -> float:
-        """The shifted geometric mean of the times of what it solved [s]."""
+        """The shifted geometric mean of the times of solved instances [s]."""
         rows = self.of(formulation, solver, tolerance)
         return shifted_geometric_mean(rows.cpu[rows.reached])
 
@@ -133,7 +133,7 @@ def effort(table: Table, formulation: str) -> Lines:
 
 
 def optima(table: Table, formulation: str) -> Lines:
-    """How far each solver ends above the best that is known, from the same start and of the same object."""
+    """How far each solver ends above the best known energy, from the same start and for the same object."""
     found, objects = [], pick(table.ends, formulation=formulation).groupby("object").best.min()
     for solver in table.order(formulation):
         ends = table.answers(formulation, solver)
@@ -169,7 +169,7 @@ def failures(table: Table) -> Lines:
 
 
 def liars(table: Table) -> Lines:
-    """Runs that the solver calls a success and that miss the tolerance, or the other way round."""
+    """Runs that the solver calls a success but that miss the tolerance, or the other way round."""
     rows = table.last[(table.last.status != "") & (table.last.failure == "")]
     said = rows.status.map(claims).astype(bool)
     columns = {"says success": said, "of these missed": said & ~rows.reached}
@@ -179,6 +179,6 @@ def liars(table: Table) -> Lines:
 
 
 def claims(status: str) -> bool:
-    """Whether a solver's word is one of success."""
+    """Whether a solver's status claims success."""
     words = ("success", "succeeded", "optimal", "converged", "solve_succeeded", "convergence", "satisfied")
     return any(word in status.lower() for word in words) and "not optimal" not in status.lower()

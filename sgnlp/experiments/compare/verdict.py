@@ -1,4 +1,4 @@
-"""Which solver to use, and whether the rows show what was expected of the solvers: sentences computed from the rows."""
+"""Advice on solvers, and tests of what was expected of them: sentences computed from the rows."""
 
 import math
 
@@ -40,7 +40,7 @@ def _reach(table: Table, formulation: str, solver: str) -> str:
 
 
 def verdicts(table: Table) -> list[str]:
-    """What was expected, each shown or refuted by the rows, or not tested by them."""
+    """The expectations, each shown, refuted or not tested by the rows."""
     return [_solved(table), *_lower(table), *_faster(table), *_never(table)]
 
 
@@ -60,7 +60,7 @@ def _solved(table: Table) -> str:
 
 
 def _pairs(table: Table, formulation: str, one: str, other: str) -> Frame:
-    """The ends of two solvers from the same starts; columns of the other have a `_` behind."""
+    """The ends of two solvers from the same starts; columns of the other solver end in `_`."""
     ours, theirs = (table.answers(formulation, solver) for solver in (one, other))
     return ours.merge(theirs, on=INSTANCE, suffixes=("", "_"))
 
@@ -147,7 +147,7 @@ def across(table: Table, solver: str) -> Lines:
 
 
 def formulations_advice(table: Table, solver: str) -> list[str]:
-    """Which formulation is feasible most often, which meets the test of optimality, and which is quickest."""
+    """The formulations that are feasible most often, optimal most often, and quickest."""
     lines, tight = across(table, solver), f"{table.tolerances[-1]:g}"
 
     def first(column: str, sign: int) -> str:

@@ -1,4 +1,4 @@
-"""Studies: experiments over many objects, one file each, by the name that `sgnlp study` knows them by."""
+"""Studies: experiments over many objects, one file each, by their names in `sgnlp study`."""
 
 from sgnlp.experiments.studies import (
     arm,
@@ -34,4 +34,4 @@ STUDIES: dict[str, Study] = {
     "triangles": triangles.STUDY,
     "weights": weights.STUDY,
 }
-"""A study is one line here."""
+"""The studies; each is one line here."""

@@ -1,9 +1,9 @@
-"""What an arm and an obstacle take away: feasible grasps, time and success, with and without them.
+"""The effect of an arm and an obstacle: feasible grasps, time and success, with and without them.
 
-Each plan is made from two views. The obstacle is a box of 6 x 20 x 12 cm that stands 3 cm beside the true object, on a
-side that is drawn for each object; the plan is told where. Where no grasp is found, 500 seeded wrist poses are tried by
-inverse kinematics: an object is within reach if the arm comes to one of them with the palm, clear of all around. The
-arm carries the hand in the simulation too, along its motion, and the obstacle stands there.
+Each plan is made from two views. The obstacle is a box of 6 x 20 x 12 cm, 3 cm beside the true object, on a side that
+is drawn at random for each object; the plan knows it. If no grasp is found, 500 seeded wrist poses are tried by inverse
+kinematics: an object is within reach if the arm reaches one of them, with arm and palm clear of everything. In the
+simulation the arm carries the hand along its motion, and the obstacle is there.
 """
 
 from collections.abc import Sequence
@@ -45,7 +45,7 @@ CONDITIONS: dict[str, tuple[str | None, bool]] = {
 
 @dataclass(frozen=True)
 class Row(trials.Row):
-    """A trial, and what is known of the plan's reach and of its distance to the obstacle."""
+    """A trial, with the reach of the arm and the distance to the obstacle."""
 
     out_of_reach: int = 0  # starts
     within_reach: bool = True  # whether the arm comes to some wrist pose about the object

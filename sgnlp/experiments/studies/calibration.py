@@ -1,13 +1,13 @@
-"""The calibration study: how near is the implicit surface to the truth, and do its intervals hold what they promise?
+"""The calibration study: how close is the implicit surface to the truth, and do its intervals have their coverage?
 
 The metric distance d = μ/|∇μ|, with its deviation σ_d = σ/|∇μ|, is compared with the true signed distance d*: at points
-of the true surface that a fingertip can touch, and at the centre of the pad that touches there; its normal with the
-true one. The surface is fitted from the cloud alone, as before cameras were used, and with the free space that they
-saw, by each kernel and by a sum of a smooth and a short one.
+of the true surface that a fingertip can touch, and at the centre of a pad that touches there. The normal is compared
+with the true one. The surface is fitted to the cloud alone, and with free space, with each kernel and with a sum of a
+smooth and a short one.
 
-An interval of level q is ± Φ⁻¹((1 + q)/2) σ_d; it is calibrated where a share q of the errors lies inside. The factor
-on σ_d that would bring it nearest to that is fitted on the tuning half and judged on the other. The errors are kept as
-quantiles, so that other intervals can be tried later.
+An interval of level q is ± Φ⁻¹((1 + q)/2) σ_d; it is calibrated if a share q of the errors lies inside. The factor on
+σ_d that comes nearest to this is fitted on the tuning half and judged on the other. The errors are kept as quantiles,
+so that other intervals can be tried later.
 """
 
 from collections.abc import Iterator, Sequence
@@ -54,7 +54,7 @@ SHORT_LENGTH, SHORT_DEVIATION = 0.06, 0.01
 
 
 class Sum(Kernel):
-    """A thin plate and, on top, a short Matérn 5/2 for details."""
+    """The sum of a thin plate and a short Matérn 5/2 for details."""
 
     prior_mean_from_settings = True
 
@@ -79,7 +79,7 @@ AS_SET = "free space, thin plate"
 class Row:
     """A side of an object. Bias, error and sigma are means of d - d*, |d - d*| and σ_d; angle of that of the normals.
 
-    `angle_deg` is asked on the surface alone, NaN off it; `z` is for `kept_coverage`.
+    `angle_deg` is measured only on the surface, NaN off it; `z` is for `kept_coverage`.
     """
 
     object: str

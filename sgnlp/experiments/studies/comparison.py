@@ -56,7 +56,7 @@ PAPER: dict[str, tuple[int, ...]] = {
 }
 """Success in percent of five trials on the real robot, in the order of `CONDITIONS`; 13 cells of it cannot be the
 result of five trials as the paper counts them."""
-MEASURED = ["penetration_mm", "rise_mm", "slip_mm", "shift_error_mm"]  # what the table of failures tells of a trial
+MEASURED = ["penetration_mm", "rise_mm", "slip_mm", "shift_error_mm"]  # columns of the table of failures
 
 
 def tables(rows: Frame) -> Tables:

@@ -1,9 +1,9 @@
 """The study of confidence: how likely is a planned grasp to hold, and is it so likely as the plan says?
 
-Of each plan, from one view and from two, the first, the middle and the last of the feasible grasps that are not the
-same are carried out on the true object, with the mass and friction that the plan counts on. A grasp held if it has the
-full score. `sgnlp.planning.confidence` is fitted to the tuning half, its ridge chosen by leaving out one body after the
-other in all its poses, and judged on the held-out half.
+For each plan, from one view and from two, the first, the middle and the last of the feasible grasps that differ are
+carried out on the true object, with the mass and friction of the plan. A grasp held if it has the full score.
+`sgnlp.planning.confidence` is fitted to the tuning half, with a ridge chosen by leaving out one object after the other
+in all its poses, and judged on the held-out half.
 """
 
 from collections.abc import Sequence
@@ -40,7 +40,8 @@ NAMES = [feature.name for feature in MODEL.features]
 
 @dataclass(frozen=True)
 class Row:
-    """A grasp of a plan, or of rank -1 a plan that has none. What lies between are the features of the confidence."""
+    """A grasp of a plan; rank -1 for a plan without one. The fields in the middle are the features of the
+    confidence."""
 
     object: str
     condition: str
@@ -64,7 +65,7 @@ class Row:
 
 
 def load(settings: Settings) -> SimulationSettings:
-    """The simulation of what a plan counts on."""
+    """The simulation with the load that a plan assumes."""
     contact = settings.contact
     return SimulationSettings(mass=contact.mass, friction=contact.friction, push_weights=0.0)
 
@@ -82,7 +83,7 @@ def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:
 
 
 def tried(setup: Setup, file: Path, condition: Condition, views: list[str]) -> list[Row]:
-    """A row for each of the grasps that are carried out, or one that says that there is none."""
+    """A row for each of the grasps that are carried out, or one row if there is none."""
     plan = trials.planned(setup, file, condition, views)
     observation = plan.observation
     row = Row(observation.name, condition.name, observation.half, " ".join(views), trials.feasible(plan))
@@ -150,7 +151,7 @@ def coefficients(model: Model, strength: float) -> Lines:
 
 
 def reliability(p: Array, held: BoolArray) -> Lines:
-    """A line for each bin: what was told, and what came true with its 95 % interval."""
+    """A line for each bin: the predicted confidence, and the share that held with its 95 % interval."""
     return [
         {"told": f"{found.low:.2f} to {found.high:.2f}", "mean told [%]": f"{100 * found.mean:.0f}"}
         | {"held [%]": percent(found.held, found.number), "grasps": str(found.number)}
@@ -178,7 +179,7 @@ def _area(p: Array, held: BoolArray) -> str:
 
 
 def rankings(rows: Frame, p: Array) -> Lines:
-    """What holds if each plan of several grasps is carried out by the best margin, or by the highest confidence."""
+    """Success if each plan with several grasps takes the one with the best margin, or with the highest confidence."""
     plans = [g for _, g in rows.assign(p=p).groupby(["object", "condition"], sort=False) if len(g) > 1]
     picks = {key: np.array([g.held[g[key].idxmax()] for g in plans], bool) for key in ("margin", "p")}
     better, worse = (int((picks[a] & ~picks[b]).sum()) for a, b in (("p", "margin"), ("margin", "p")))
@@ -189,7 +190,7 @@ def rankings(rows: Frame, p: Array) -> Lines:
 
 
 def tables(rows: Frame) -> Tables:
-    """The grasps; as far as there are any, coefficients of the tuning half and how they did on the held-out half."""
+    """The grasps; if there are any, coefficients of the tuning half and their quality on the held-out half."""
     found: Tables = {"Grasps": counts(rows)}
     if model := fit(rows):
         found["Coefficients, fitted on the tuning half"] = coefficients(*model)
@@ -203,7 +204,7 @@ def tables(rows: Frame) -> Tables:
 
 
 def panels(rows: Frame) -> list[Panel]:
-    """What came true over what was told, on the held-out half."""
+    """The share that held over the predicted confidence, on the held-out half."""
     held_out, p = judged(rows)
     found = list(bins(p, held_out.held.to_numpy(bool), BINS)) if len(held_out) else []
     ends = [[100 * end for end in wilson(b.held, b.number)] for b in found]

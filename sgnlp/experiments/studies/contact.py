@@ -1,7 +1,7 @@
-"""What planning the hand at first contact gains, one step at a time, and how its settings were chosen.
+"""The gain of planning the hand at first contact, one step at a time, and how its settings were chosen.
 
 Each plan is made from two views. It is carried out under both loads, and under the heavy one with the hand 20 mm beside
-its place. The steps are chosen on the tuning half of the problems and judged on the held-out half.
+its planned place. The steps are chosen on the tuning half of the problems and judged on the held-out half.
 """
 
 from collections.abc import Mapping, Sequence
@@ -73,7 +73,7 @@ def facts(setup: Setup) -> dict[str, Any]:
 
 
 def tables(rows: Frame) -> Tables:
-    """Success, what was carried out against the plan, how trials ended, and what the steps are."""
+    """Success, agreement with the plan, endings of the trials, and the meaning of the steps."""
     return {
         "Success in percent with 95 % intervals": trials.totals(rows),
         "How much of a plan happens": trials.fidelity(rows),

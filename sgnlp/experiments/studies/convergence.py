@@ -100,14 +100,14 @@ def rows_of(setup: Setup, file: Path, views: list[str]) -> list[Row]:
 
 
 def judged(rows: Frame) -> Frame:
-    """The rows with whether AdamW met the rows, and whether Ipopt's energy is below its lowest there and anywhere."""
+    """The rows with two more columns: whether AdamW satisfies the constraint rows, and whether Ipopt ends below it."""
     met = np.isfinite(rows.first_order_energy)
     below = met & (rows.penalty_energy < rows.first_order_energy)
     return rows.assign(met=met, below=below, below_anywhere=rows.penalty_energy < rows.first_order_anywhere)
 
 
 def table(rows: Frame) -> Lines:
-    """One line a case and a last one over all."""
+    """One line for each case, and a last one over all."""
     rows = judged(rows)
     cases = rows.groupby(["object", "view_names"], sort=False)
     return [*(_line(str(name), str(views), case) for (name, views), case in cases), _line("all", "", rows)]

@@ -20,14 +20,14 @@ from sgnlp.perception.observation import Observation
 
 CAMERAS = 2
 CLOSED = "exterior noise 0.05 m"
-AT_CONTACT = "hand at contact"  # what is in it is the study `contact`
+AT_CONTACT = "hand at contact"  # its settings are studied in the study `contact`
 FREE = "free space, gap of 16 mm"
 FINAL = "little motion"  # the step that ends at the robust preset
 
 
 @dataclass(frozen=True)
 class Step:
-    """Settings by their names, changed from those of an earlier step; the first has none before it."""
+    """Settings by name, changed from those of an earlier step; the first step has no earlier one."""
 
     before: str
     changes: Mapping[str, Any]

@@ -1,7 +1,7 @@
-"""How much a first choice bears: a hand that stands wrong, and an object of another weight and friction.
+"""How much error a first choice tolerates: a displaced hand, and an object with another weight or friction.
 
-Each plan is made once, from two views, and carried out under one deviation at a time from the nominal trial: the load
-that the preset `robust` plans for, the hand in its place. The errors' directions differ from object to object.
+Each plan is made once, from two views, and carried out under one deviation at a time from the nominal trial, with the
+load of the preset `robust` and the hand in its planned place. The errors' directions differ from object to object.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -50,7 +50,7 @@ SCORES = {"score": "success [%]", "strict": "risen by 4 cm [%]"}
 
 @dataclass(frozen=True)
 class Row(trials.Row):
-    """A trial, and on which axis it deviates from the nominal one; the value that is nominal stands on each axis."""
+    """A trial, and the axis on which it deviates from the nominal one; each axis has the nominal value, too."""
 
     axis: str = ""
     value: float = nan

@@ -1,4 +1,4 @@
-"""Why trials failed: the plan held against the true object, for first choices that did not hold."""
+"""Why trials failed: the plan compared with the true object, for first choices that did not hold."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,16 +17,17 @@ from sgnlp.simulation import Outcome, true_body
 
 Array = NDArray[np.float64]
 
-SURFACE_ERROR = 5e-3  # A pad has missed the surface if that is further off than this [m], a quarter of the pads' size
-MOTION_ERROR = 10.0  # an equilibrium further off than this [mm], the shift that the plan allows, is told as a reason
+# a pad has missed the surface if the surface is farther off than this [m], a quarter of the pads' size
+SURFACE_ERROR = 5e-3
+MOTION_ERROR = 10.0  # an equilibrium farther off than this [mm] counts as a reason
 
 
 @dataclass(frozen=True, eq=False)
 class Failed:
     """A trial carried out again, to look at it.
 
-    `surface_errors` (m,) [m] are how far the true surface is behind the planned places of contact, negative before
-    them. Without a feasible grasp there are none, and no outcome.
+    `surface_errors` (m,) [m] are the distances of the true surface behind the planned contacts, negative before them.
+    Without a feasible grasp there are none, and no outcome.
     """
 
     row: Row
@@ -36,13 +37,13 @@ class Failed:
 
     @property
     def name(self) -> str:
-        """Object, condition and load, fit for the name of a file."""
+        """Object, condition and load, as the name of a file."""
         words = f"{self.row.object} {self.row.condition} {self.row.load}"
         return "".join(c if c.isalnum() or c in "._" else "-" for c in words.replace("μ", "mu").replace(", ", " "))
 
     @property
     def reasons(self) -> list[str]:
-        """What went otherwise than planned, the earliest first."""
+        """What differed from the plan, the earliest first."""
         row, outcome = self.row, self.outcome
         if outcome is None:
             return [row.ending]

@@ -1,9 +1,9 @@
-"""Every hand that is here: how many of the objects that fit it get a grasp, and how many of those it holds.
+"""All hands of the package: how many of the objects that fit a hand get a grasp, and how many of these it holds.
 
-Each plan is made from two views. An object fits a hand if its least horizontal width, with the gap that the pregrasp
-keeps on both sides, is within the largest ball that the hand's pads can touch. The load is the preset's, 0.3 kg with a
-friction of 0.6, for a hand whose motors can press so hard; for others a light and rough one, as far as they can press
-for that. The plan counts on its load.
+Each plan is made from two views. An object fits a hand if its least horizontal width, with the gap of the pregrasp on
+both sides, is within the largest ball that the hand's pads can touch. The load is the preset's, 0.3 kg with a friction
+of 0.6, if the motors can press hard enough for it. Otherwise the object is light and rough, with as much mass as the
+motors allow. The plan assumes this load.
 """
 
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ from sgnlp.simulation import SimulationSettings
 
 CAMERAS = 2
 SHARE = 1 / 3
-"""Of the press of a hand that carries the weight; the rest is for torques, for pads that stand aside, and for haste."""
+"""Share of a hand's press that carries the weight; the rest is for torques, misplaced pads and accelerations."""
 GRAVITY = 9.81  # [m/s²]
 STEP = 0.01  # loads are rounded down to this [kg]
 LIGHT, ROUGH = 0.1, 1.0  # [kg], friction
@@ -39,7 +39,7 @@ LIGHT, ROUGH = 0.1, 1.0  # [kg], friction
 
 @dataclass(frozen=True)
 class Row(trials.Row):
-    """A trial, and the hand and the object that it was."""
+    """A trial, with data of the hand and the object."""
 
     fingers: int = 0
     joints: int = 0
@@ -54,7 +54,7 @@ def _opening(hand: str, preset: str) -> Opening | None:
 
 
 def width(vertices: Array) -> float:
-    """The least horizontal width [m] of a body: one of its outline's edges lies along it."""
+    """The least horizontal width [m] of a body: it is perpendicular to an edge of its outline."""
     outline = vertices[ConvexHull(vertices[:, :2]).vertices, :2]
     along = np.roll(outline, -1, axis=0) - outline
     across = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1, keepdims=True)
@@ -62,7 +62,7 @@ def width(vertices: Array) -> float:
 
 
 def loaded(settings: Settings, force: float) -> tuple[float, float]:
-    """Mass [kg] and friction of what a hand lifts that presses with a force [N]: 2 μ F · `SHARE` ≥ m g."""
+    """Mass [kg] and friction of the load for a hand that presses with a force F [N]: 2 μ F · `SHARE` ≥ m g."""
     contact = settings.contact
     if carried(contact.friction, force) >= contact.mass:
         return contact.mass, contact.friction
@@ -78,7 +78,7 @@ def trial(setup: Setup, file: Path, condition: Condition, views: list[str]) -> l
     """The row of one object and hand."""
     hand, observation = load_hand(condition.name, setup.settings.spheres), load(file, views=views)
     largest = _opening(condition.name, setup.settings.spheres)
-    assert largest is not None  # or there is no such case
+    assert largest is not None  # without an opening there is no such case
     assert observation.mesh_vertices is not None
     force = press(hand, largest)
     mass, friction = loaded(setup.settings, force)
@@ -98,7 +98,7 @@ def trial(setup: Setup, file: Path, condition: Condition, views: list[str]) -> l
 
 
 def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:
-    """Every object with every hand that it fits; a hand of another folder is asked for by `--hand`."""
+    """Every object with every hand that it fits; `--hand` adds a hand in another folder."""
     names = dict.fromkeys([*available_hands(), setup.hand])
     found = trials.cases([Condition(name, CAMERAS) for name in names], setup, observations, trial)
     bodies = {whole.name: whole.mesh_vertices for whole in observations}
@@ -117,7 +117,7 @@ def facts(setup: Setup) -> dict[str, Any]:
 
 
 def tables(rows: Frame) -> Tables:
-    """What each hand is, what it gets and what it holds; then how trials ended."""
+    """For each hand its data, its grasps and its success; then the endings of the trials."""
     return {"Hand by hand": table(rows), "Endings": trials.endings(rows)}
 
 

@@ -1,9 +1,9 @@
 """Grasps in the plane: the equilibrium in closed form, two-link fingers, and the least torque that a grasp needs.
 
-The springs hold the object at its pose of equilibrium with forces f_i on the contacts p_i. At another pose, where the
-contacts are p_i(β), finger i pulls with f_i(β) = f_i + k_i (p_i - p_i(β)). So for a given motion all that a grasp must
-satisfy on its way, in the friction cones and in the joint torques JᵀF, is linear in forces f and gains k: the least
-torque limit under which that motion can be had is a linear program, and direct force closure is the motion 0.
+The springs hold the object at its equilibrium pose with forces f_i at the contacts p_i. At another pose, with contacts
+p_i(β), finger i pulls with f_i(β) = f_i + k_i (p_i - p_i(β)). So for a given motion all conditions on its way, the
+friction cones and the joint torques Jᵀf, are linear in forces f and gains k. The least torque limit that allows this
+motion is a linear program, and direct force closure is the motion 0.
 """
 
 from collections.abc import Sequence
@@ -15,8 +15,9 @@ from scipy.optimize import linprog
 
 Array = NDArray[np.float64]
 
-CUTS = 20  # linear programs for a motion at most: each but the first adds a cut to the condition on the stiffness
-TOLERANCE = 1e-6  # of the stiffness, relative to what is asked for
+# largest number of linear programs for a motion: each but the first adds a cut to the condition on the stiffness
+CUTS = 20
+TOLERANCE = 1e-6  # tolerance of the stiffness, relative to the required one
 
 
 def cross(a: Array, b: Array) -> Array:
@@ -50,7 +51,7 @@ class Finger:
     elbow: int
 
     def torques(self, tip: Array) -> Array | None:
-        """Jᵀ (2, 2) [m] of the tip (2) [m], which makes joint torques of a force; None where it is out of reach."""
+        """Jᵀ (2, 2) [m] of the tip (2) [m], which maps a force to joint torques; None if the tip is out of reach."""
         (l1, l2), reach = self.links, tip - self.base
         cosine = (reach @ reach - l1**2 - l2**2) / (2 * l1 * l2)
         if abs(cosine) > 1:
@@ -90,7 +91,7 @@ class PlanarGrasp:
 
 
 def least_torque(stages: Sequence[Stage], demands: Demands) -> PlanarGrasp | None:
-    """The grasp of least torque on a way that ends in its equilibrium, None if there is none under any limit.
+    """The grasp of least torque on a way that ends in its equilibrium; None if no limit allows one.
 
     min τ over f, k, τ subject to Σ f = 0 and Σ p x f = 0; at the end the normal force; and at every stage the friction
     cones and |Jᵀ f| ≤ τ. The stiffness Σ k |p - p̄|² + Σ f·p is concave in (f, k), the least over all c of
@@ -119,7 +120,7 @@ def least_torque(stages: Sequence[Stage], demands: Demands) -> PlanarGrasp | Non
 
 
 def holds(grasp: PlanarGrasp, stages: Sequence[Stage], demands: Demands) -> bool:
-    """Whether the springs, from the first stage on, do end at the last and meet all demands: nothing of the program.
+    """Whether the springs, from the first stage on, end at the last and satisfy all demands, checked independently.
 
     The equilibrium is that of `equilibrium`, and the margin of a force that of the 3-D grasps, -f·n/|f| - 1/√(1 + μ²).
     """

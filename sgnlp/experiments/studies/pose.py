@@ -1,4 +1,4 @@
-"""The study of E_pose: the object is to rise by 1 cm while it is grasped, before it is lifted.
+"""The study of E_pose: the object should rise by 1 cm while it is grasped, before it is lifted.
 
 The planned motion of the object's true centre of mass to the equilibrium is compared with the simulated one, from
 where the object was given until rest, with E_pose and without. The plan knows the mass that is simulated: springs sag
@@ -59,7 +59,7 @@ class Row:
 
 
 def risen(setup: Setup, file: Path, condition: Condition, views: list[str]) -> list[Row]:
-    """The row of one object in one condition; what was not reached is NaN."""
+    """The row of one object in one condition; values of phases that were not reached are NaN."""
     plan = trials.planned(setup, file, condition, views)
     row = Row(plan.observation.name, condition.name, trials.feasible(plan))
     if plan.best is None:
@@ -93,7 +93,7 @@ def by_object(rows: Frame) -> Lines:
 
 
 def means(rows: Frame) -> Lines:
-    """A line for each condition: means over the objects whose motion was simulated, and how many those are."""
+    """A line for each condition: means over the objects whose motion was simulated, and their number."""
     found = []
     for condition in (WITH, WITHOUT):
         group = rows[rows.condition == condition]

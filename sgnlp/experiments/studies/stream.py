@@ -1,8 +1,8 @@
 """Replanning against planning afresh: an object that moves on its table, seen again at every step.
 
-The object moves by 1 cm a step, turning as it goes, in a direction that is drawn for each object; two cameras that
-stand still measure it anew. `replan` follows it through all steps. At every fifth it is planned afresh, too, from the
-same cloud, and at the last both first choices are carried out on the true object where it is then.
+The object moves by 1 cm and turns in each step, in a direction that is drawn at random for each object. Two fixed
+cameras measure it anew. `replan` follows it through all steps. At every fifth step it is also planned afresh from the
+same cloud. At the last step both first choices are carried out on the true object in its present place.
 """
 
 from collections.abc import Sequence
@@ -33,11 +33,11 @@ from sgnlp.surface.registration import PlanarMotion
 
 CAMERAS, STEPS, EVERY = 2, 20, 5
 LENGTH, TURN = 0.01, np.radians(3.0)
-"""Of a step [m], [rad]."""
+"""Shift and turn of a step [m], [rad]."""
 NOMINAL = SimulationSettings(mass=0.3, friction=0.6, push_weights=0.0)
 REPLANNED, AFRESH = "replanned", "planned afresh"
 WITHIN = 0.01
-"""A grasp is as good as another if it is feasible and its energy at most this share of the other's above it."""
+"""A grasp is as good as another if it is feasible and its energy exceeds the other's by at most this share."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Row:
     condition: str
     step: int
     half: str
-    how: str  # the surface was "moved", "fitted", or all was planned afresh: ""
+    how: str  # the surface was "moved" or "fitted"; "": all was planned afresh
     seconds: float
     iterations: int = 0
     feasible: bool = False
@@ -59,7 +59,7 @@ class Row:
 
 
 def motion(whole: Observation, step: int, seed: int) -> PlanarMotion:
-    """Where the object is after so many steps."""
+    """The motion of the object after this number of steps."""
     assert whole.mesh_vertices is not None  # every trial has a true surface
     angle, side = np.random.default_rng(seed).uniform(-np.pi, np.pi, 2)
     shift = step * LENGTH * np.array([np.cos(angle), np.sin(angle), 0.0])
@@ -67,7 +67,7 @@ def motion(whole: Observation, step: int, seed: int) -> PlanarMotion:
 
 
 def cloud(whole: Observation, step: int, seed: int, views: Sequence[str]) -> Observation:
-    """What cameras that do not move measure after so many steps, with the same errors of calibration each time."""
+    """The cloud of fixed cameras after this number of steps, with the same calibration errors each time."""
     assert whole.mesh_vertices is not None
     assert whole.mesh_faces is not None
     assert whole.camera_positions is not None
@@ -137,12 +137,12 @@ def facts(setup: Setup) -> dict[str, Any]:
 
 
 def tables(rows: Frame) -> Tables:
-    """How the steps went, and how good the grasps carried over are beside those planned afresh."""
+    """The steps, and the quality of carried-over grasps compared with those planned afresh."""
     return {"Steps": steps(rows), "Against planning afresh": against(rows), "Held at the last step": held(rows)}
 
 
 def steps(rows: Frame) -> Lines:
-    """A line for each condition: how the surface was come by, what it took, and how often a grasp was feasible."""
+    """A line for each condition: how the surface was updated, the time, and how often a grasp was feasible."""
     lines = []
     for name, own in rows[rows.step > 0].groupby("condition", sort=False):
         ways = {how: str(((own.how == how) & (own.condition == REPLANNED)).sum()) for how in ("moved", "fitted")}
@@ -158,7 +158,7 @@ def steps(rows: Frame) -> Lines:
 
 
 def against(rows: Frame) -> Lines:
-    """Over the steps at which both were planned and a grasp was found afresh: how often the other is as good."""
+    """How often the carried-over grasp is as good, over the steps where planning afresh found a grasp."""
     keys = ["object", "step"]
     mine, other = (pick(rows, condition=name).set_index(keys) for name in (REPLANNED, AFRESH))
     other = other[other.feasible]

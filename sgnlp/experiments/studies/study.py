@@ -1,7 +1,8 @@
-"""The anatomy of a study: cases give rows, and rows give tables and a figure.
+"""The parts of a study: cases give rows, and rows give tables and a figure.
 
-A study is a file beside this one that ends in its `Study`, and a line in `STUDIES` (`__init__.py`). The rest is common:
-the cases run in processes, the rows of a case are kept when it ends, and a case that has rows is not run again.
+A study is a file beside this one that ends with its `Study`, and a line in `STUDIES` (`__init__.py`). The rest is
+common to all: the cases run in processes, the rows of a case are saved when it ends, and a case with rows is not run
+again.
 """
 
 import math
@@ -21,12 +22,12 @@ from sgnlp.planning.workers import Workers, each, one_at_a_time
 from sgnlp.show.plots import Panel
 
 Key = tuple[str, ...]
-REST = 2.0  # rows are written this often at most [s], and at the end: some studies have thousands of short cases
+REST = 2.0  # least interval between writes of the rows [s]: some studies have thousands of short cases
 
 
 @dataclass(frozen=True)
 class Setup:
-    """What the command line says; a study takes from it what it needs. `timeout` [s] is that of a start."""
+    """The arguments of the command; a study uses those that it needs. `timeout` [s] is that of a start."""
 
     files: tuple[Path, ...]
     hand: str
@@ -51,7 +52,7 @@ class Setup:
 
 @dataclass(frozen=True)
 class Case:
-    """Work done whole or not at all, in a process of its own. Its rows begin with the fields of `key`."""
+    """Work done completely or not at all, in its own process. Its rows begin with the fields of `key`."""
 
     key: Key
     work: Callable[[], list[Any]]
@@ -59,7 +60,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Study:
-    """An experiment: what it answers, its work, and what is made of all rows."""
+    """An experiment: its question, its cases, and the tables and figure from all rows."""
 
     question: str
     row: type[Any]  # a dataclass of str, int, float and bool
@@ -67,7 +68,8 @@ class Study:
     tables: Callable[[Frame], Tables]
     panels: Callable[[Frame], list[Panel]]  # of the figure
     caption: str
-    facts: Callable[[Setup], dict[str, Any]] = Setup.facts  # what rows depend on beside clouds; others are not mixed
+    # what rows depend on besides clouds; rows with other facts are not mixed
+    facts: Callable[[Setup], dict[str, Any]] = Setup.facts
     clouds: bool = True  # whether it takes clouds
     alone: bool = False  # whether cases run one at a time, because they are timed
     failed: Callable[[Setup, Sequence[Any]], Iterator[Any]] | None = None  # carries out failed trials again
@@ -99,7 +101,7 @@ def over_views(
 def collect(
     kind: type[Any], cases: Sequence[Case], file: Path, workers: Workers, progress: Callable[[int, int], None]
 ) -> tuple[list[Any], dict[str, str]]:
-    """The rows of every case in their order, read from a file or worked out and kept in it, and why cases failed.
+    """The rows of all cases in order, read from a file or computed and saved in it, and the reasons of failed cases.
 
     `progress` is called with the number of cases done and of all.
     """

@@ -17,7 +17,7 @@ from sgnlp.experiments.studies.trials import Condition, feasible, planned
 from sgnlp.perception.observation import Observation
 from sgnlp.show.plots import Panel, Series
 
-CAMERAS = 0  # all that there are
+CAMERAS = 0  # all cameras
 CONDITIONS = (Condition("ours", CAMERAS), Condition("bilevel", CAMERAS, VARIANTS["bilevel-high"]))
 """The gains of the bilevel baseline are the paper's high ones."""
 REPEATS = 3

@@ -32,7 +32,7 @@ LOADS = {
 NO_PLAN = "no feasible grasp"
 HALVES = {"tuning": "tuning", "held_out": "held out"}  # the halves of a problem set, in files and in tables
 NEAR_MM, NEAR_DEG = 5.0, 5.0
-"""An object that is no further off its planned equilibrium is where it was planned to be."""
+"""An object within this distance and angle of its planned equilibrium is at its planned place."""
 ENDINGS = ("held", "slid", "dropped", "not lifted", "in collision", "diverged", NO_PLAN)
 
 
@@ -109,7 +109,7 @@ def _views(whole: Observation, condition: Condition) -> list[str]:
 
 
 def facts(conditions: Sequence[Condition], setup: Setup) -> dict[str, Any]:
-    """What trials depend on: also the loads, and by their names the settings that each condition changes."""
+    """What trials depend on: also the loads, and the settings that each condition changes, by name."""
     return setup.facts() | changes(conditions, setup) | loads()
 
 
@@ -148,7 +148,7 @@ def trial(setup: Setup, file: Path, condition: Condition, views: list[str]) -> l
 
 
 def told(plan: Plan, condition: Condition, views: list[str]) -> dict[str, Any]:
-    """What a row says of the plan."""
+    """The columns of a row about the plan."""
     found = {
         "object": plan.observation.name,
         "condition": condition.name,
@@ -173,17 +173,17 @@ def planned(setup: Setup, file: Path, condition: Condition, views: list[str] | N
 
 
 def feasible(plan: Plan) -> int:
-    """How many of the solutions are feasible."""
+    """The number of feasible solutions."""
     return sum(solution.feasible for solution in plan.solutions)
 
 
 def carried_out(plan: Plan, load_settings: SimulationSettings, rank: int = 0) -> Outcome:
-    """What the plan's first choice, or the grasp of another rank, does to the true object."""
+    """The outcome of the plan's first choice, or of the grasp with another rank, on the true object."""
     return execute(command(plan.arrays(), rank), true_body(plan.observation), plan.problem.hand, load_settings)
 
 
 def measured(outcome: Outcome) -> dict[str, Any]:
-    """What a row says of the simulation; what was not reached stays unknown."""
+    """The columns of a row about the simulation; values of phases that were not reached stay unknown."""
     before, closing, lift = outcome.pregrasp, outcome.closing, outcome.lift
     found: dict[str, Any] = {"ending": outcome.ending, "score": outcome.score, "strict": outcome.score_strict}
     found["penetration_mm"] = 1e3 * max(before.penetration_object, before.penetration_table)
@@ -204,7 +204,7 @@ def measured(outcome: Outcome) -> dict[str, Any]:
 
 
 def groups(rows: Frame) -> Iterator[tuple[dict[str, str], Frame]]:
-    """The trials of each load and condition, and how a table calls both."""
+    """The trials of each load and condition, with the names of both in tables."""
     for load_name, under in rows.groupby("load", sort=False):
         for condition, found in under.groupby("condition", sort=False):
             yield {"condition": str(condition), "load": str(load_name)}, found
@@ -229,11 +229,11 @@ def totals(rows: Frame) -> Lines:
 
 
 def fidelity(rows: Frame) -> Lines:
-    """A line for each condition and load: how much of what was planned happens, over the hands that closed.
+    """A line for each condition and load: agreement with the plan, over the trials in which the hand closed.
 
     How often a link other than a pad touches the object, the median force of such links and the mean number of loaded
     pads at the equilibrium, how often the object is near its planned place there, and the mean share of joints at
-    their effort. Rows of before these were measured do not count.
+    their effort. Older rows without these columns do not count.
     """
     lines = []
     for names, found in groups(rows[rows.links_touched.notna()]):

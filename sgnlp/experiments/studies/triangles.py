@@ -1,4 +1,4 @@
-"""The triangle study: does letting the object move get around the limits of the joint torques?
+"""The triangle study: can a hand grasp more poses within its torque limits if the object may move?
 
 The paper's experiment in the plane: two triangles, three sets of contacts, 100 poses each. It counts the poses that
 have a feasible compliant grasp, and those of them that have a grasp in force closure without any motion, under the same
@@ -43,11 +43,11 @@ POSES = 100
 WITHIN, TURNED = 0.5, np.pi / 4  # poses are drawn within ± this [m], [rad] (release)
 DEMANDS = Demands(friction=0.5, force=5.0, gains=(5.0, 200.0), stiffness=0.1)
 FARTHEST = np.array([0.3, 0.3, np.radians(30)])
-"""Motions: the centroid of the contacts along x and y [m], and the object about it [rad], up to this each way."""
+"""Largest motions: of the contacts' centroid along x and y [m], and of the object about it [rad], each way."""
 HALVINGS = 2
-"""How often the steps of the search are halved, down to 75 mm and 7.5°."""
+"""Number of halvings of the search's steps, down to 75 mm and 7.5°."""
 STAGES = 5
-"""Poses on the way, both ends included, at which cones and limit are kept."""
+"""Number of poses on the way, with both ends, at which cones and limit hold."""
 LIMITS = {"Jᵀf": (2.5, 3.0, 3.5, 4.0, 5.0, 7.0, 12.0), "J⁻¹f": (12.0,)}
 """Limits [N m], and [N/m] of the release's quantity."""
 SHOWN = {"Jᵀf": 3.5, "J⁻¹f": 12.0}
@@ -57,7 +57,7 @@ PAPER = "about 85"
 
 @dataclass(frozen=True)
 class Row:
-    """A pose, and the least limit under which it has a grasp: directly, or with the motion; inf if under none."""
+    """A pose, and the least limit with which it has a grasp: directly, or with the motion; inf if with none."""
 
     triangle: str
     configuration: str
@@ -103,7 +103,7 @@ def inverted(there: Stage) -> Stage:
 
 
 def poses(seed: int, triangle: str, configuration: str) -> Iterator[tuple[float, float, float]]:
-    """Random poses (x, y, angle) without end, those whose contacts the fingers reach."""
+    """An endless sequence of random poses (x, y, angle) whose contacts the fingers reach."""
     rng = np.random.default_rng([seed, int(triangle), int(configuration)])
     contacts = np.array(CONTACTS[triangle, configuration])
     while True:
@@ -119,9 +119,10 @@ def least_limit(stages: Sequence[Stage] | None) -> float:
 
 
 def search(value: Callable[[Array], float]) -> tuple[float, float]:
-    """The value of no motion, and the least one found.
+    """The value without motion, and the least value found.
 
-    The farthest motions each way and their combinations, then a compass search from the best (Kolda et al. 2003).
+    It tries the largest motions each way and their combinations, then a compass search from the best (Kolda et al.
+    2003).
     """
     values = {step: value(FARTHEST * step) for step in product((0.0, -1.0, 1.0), repeat=3)}
     best = min(values, key=values.__getitem__)

@@ -1,4 +1,4 @@
-"""The paper's study of its weights: each is halved and doubled, on the three objects that the paper took.
+"""The paper's study of its weights: each is halved and doubled, on the paper's three objects.
 
 Success of the first choice from two views, beside the paper's (its Tab. III).
 """

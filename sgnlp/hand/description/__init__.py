@@ -1,8 +1,7 @@
-"""A hand's or an arm's description, checked and written anew as the one text that Pinocchio and MuJoCo both read.
+"""The description of a hand or an arm: a URDF or MJCF, checked and rewritten as one URDF for Pinocchio and MuJoCo.
 
-In it every mesh has its absolute path, a joint that mimics one that mimics another follows that other itself, and a
-link has its visual geometry, or where it has none its collision geometry in that place. What neither of them needs is
-left out.
+In it every mesh has its absolute path, and chains of mimic joints are resolved. A link has its visual geometry, or its
+collision geometry if it has no visual one. Everything that neither program needs is left out.
 """
 
 import os
@@ -23,13 +22,13 @@ __all__ = ["UNCHANGED", "Changes", "description"]
 
 
 def description(file: Path, root: str | None = None, changes: Changes = UNCHANGED) -> str:
-    """The text of a URDF for both readers: what hangs below the link `root`, with the changes of the hand's file.
+    """The text of the URDF for both programs: the tree below the link `root`, with the changes of the hand's file.
 
-    The file is a URDF, or an MJCF, which MuJoCo reads; a body of it is a link here. If no root is named, it is the root
-    link of the URDF, or the one body that stands in the world of the MJCF.
+    The file is a URDF, or an MJCF, which MuJoCo reads and whose bodies become links. By default the root is the root
+    link of the URDF, or the only body in the world of the MJCF.
 
     Raises:
-        InputError: the file is neither, it is xacro, or a link, joint, number, mesh or change of it is not valid.
+        InputError: the file is neither, it is xacro, or a link, joint, number, mesh or change is invalid.
     """
     robot = below(file, root)
     try:
@@ -46,7 +45,7 @@ def description(file: Path, root: str | None = None, changes: Changes = UNCHANGE
 
 
 def _check(robot: ElementTree.Element, changes: Changes) -> None:
-    """The numbers are valid, and with the changes each joint is fixed, or moves between limits or after another."""
+    """Check that numbers are valid, and that with the changes each joint is fixed, has limits, or follows another."""
     links, joints = named(robot, "link"), named(robot, "joint")
     for kind, elements in (("link", links), ("joint", joints)):
         for name, element in elements.items():

@@ -1,4 +1,4 @@
-"""What a description has below a link, as the elements of a URDF."""
+"""The tree below a link of a description, as elements of a URDF."""
 
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -13,7 +13,7 @@ def below(file: Path, root: str | None) -> ElementTree.Element:
     """The links and joints from the link `root` on, of a URDF or of an MJCF, which MuJoCo reads.
 
     Raises:
-        InputError: the file is neither, or its links and joints are no tree, or there is no such link.
+        InputError: the file is neither, its links and joints are not a tree, or the link does not exist.
     """
     robot = read_xml(file)
     try:

@@ -1,4 +1,4 @@
-"""What a hand's file changes in the description that it names."""
+"""Changes that a hand's file makes to its description."""
 
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
@@ -10,10 +10,10 @@ from sgnlp.hand.yaml_nodes import unknown_name
 
 @dataclass(frozen=True)
 class Changes:
-    """Limits, couplings and the mirror image that a hand's file asks for."""
+    """Limits, couplings and mirroring in a hand's file."""
 
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    """By joint: where it ends, lower and upper [rad or m]."""
+    """By joint: lower and upper limit [rad or m]."""
     couplings: Mapping[str, tuple[str, float, float]] = field(default_factory=dict)
     """By joint: the joint that it follows, multiplier, and offset [rad or m]."""
     mirror: bool = False
@@ -24,10 +24,10 @@ UNCHANGED = Changes()
 
 
 def apply_changes(joints: Mapping[str, ElementTree.Element], changes: Changes) -> None:
-    """Give joints the limits and the couplings of the hand's file, in place of those of the description.
+    """Replace the joints' limits and couplings by those of the hand's file.
 
     Raises:
-        InputError: there is no such joint, or it does not move.
+        InputError: a joint does not exist, or is fixed.
     """
     for key, named in (("limits", changes.limits), ("couplings", changes.couplings)):
         for name in named:
@@ -46,6 +46,6 @@ def apply_changes(joints: Mapping[str, ElementTree.Element], changes: Changes) -
 
 
 def _only(joint: ElementTree.Element, tag: str) -> ElementTree.Element:
-    """The element of that tag that a joint has, made where it has none."""
+    """The joint's element with this tag, which is added if missing."""
     found = joint.find(tag)
     return ElementTree.SubElement(joint, tag) if found is None else found

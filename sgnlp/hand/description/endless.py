@@ -1,4 +1,4 @@
-"""Which joints of a description have no ends, so that a hand's file must give them limits."""
+"""The joints of a description without limits, for which a hand's file must give limits."""
 
 from pathlib import Path
 
@@ -8,10 +8,10 @@ from sgnlp.hand.description.tree import named
 
 
 def endless(file: Path, root: str | None = None) -> dict[str, bool]:
-    """The joints below the link `root` that are continuous or have no limits, and whether each of them turns.
+    """The joints below the link `root` that are continuous or have no limits, and whether each is rotational.
 
     Raises:
-        InputError: the file is neither a URDF nor an MJCF, or has no such link.
+        InputError: the file is neither a URDF nor an MJCF, or the link does not exist.
     """
     joints = named(below(file, root), "joint")
     return {

@@ -8,7 +8,7 @@ MOVING = ("revolute", "prismatic")
 
 
 def check_joint(name: str, joint: ElementTree.Element) -> None:
-    """A joint is fixed, or moves between limits; the effort is the hand's file's, and nothing needs the velocity."""
+    """Check that a joint is fixed or has limits. Its effort comes from the hand's file; its velocity is not needed."""
     kind, limit = joint.get("type", ""), joint.find("limit")
     if kind == "fixed":
         for left in [*joint.findall("mimic"), *joint.findall("limit")]:

@@ -1,4 +1,4 @@
-"""The links of a description: what they show, their inertia, and where their meshes are."""
+"""The links of a description: their visual geometry, inertia, and mesh files."""
 
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -15,13 +15,13 @@ Element = ElementTree.Element
 
 
 def dress(name: str, link: Element, folder: Path) -> None:
-    """Leave a link its visual geometry, else its collision geometry as such; complete its paths and its inertia."""
+    """Keep a link's visual geometry, else use its collision geometry; complete its paths and its inertia."""
     for inertial in link.findall("inertial"):
         for tag, values in (("mass", {"value": 1}), ("inertia", INERTIA)):
             part = inertial.find(tag)
             part = ElementTree.SubElement(inertial, tag) if part is None else part
             for key in values:
-                part.set(key, part.get(key, "0"))  # what is heavier than nothing is the simulation's to say
+                part.set(key, part.get(key, "0"))  # the simulation chooses a mass if there is none
     solids = link.findall("collision")
     if link.find("visual") is None:
         for solid in solids:
@@ -39,7 +39,7 @@ def dress(name: str, link: Element, folder: Path) -> None:
 
 
 def _split(link: Element, visual: Element) -> None:
-    """Put a cylinder and two spheres in the place of a capsule, which Pinocchio's reader does not know."""
+    """Replace a capsule, which Pinocchio does not read, by a cylinder and two spheres."""
     geometry = visual.find("geometry")
     capsule = None if geometry is None else geometry.find("capsule")
     if geometry is None or capsule is None:
@@ -57,7 +57,7 @@ def _split(link: Element, visual: Element) -> None:
 
 
 def strip(robot: Element) -> None:
-    """Leave out what is neither link nor joint nor colour: an undefined material makes a reader refuse all."""
+    """Remove all but links, joints and materials: a reader would refuse a file with an undefined material."""
     for element in list(robot):
         if element.tag not in ("link", "joint", "material"):
             robot.remove(element)

@@ -1,4 +1,4 @@
-"""Joints that follow others: the <mimic> of a description, and the couplings that a hand's file asks for."""
+"""Joints that follow others: the <mimic> elements of a description, and the couplings of a hand's file."""
 
 import xml.etree.ElementTree as ElementTree
 
@@ -12,13 +12,13 @@ Law = tuple[str, float, float]
 
 
 def resolve_mimics(robot: Element) -> None:
-    """Let each mimic joint follow one that moves by itself, and that comes before it in Pinocchio's order.
+    """Let each mimic joint follow one that has its own coordinate and comes before it in Pinocchio's order.
 
     q₁ = a q₂ + b of q₂ = c q₃ + d is a c q₃ + a d + b. If a joint e comes before the joint l that it follows at
     k l + b, then l follows e at (e − b)/k, and so do all others that follow l.
 
     Raises:
-        InputError: joints follow each other in a circle, or one that does not move, or is not there.
+        InputError: joints follow each other in a circle, or follow a fixed or missing joint.
     """
     joints = {joint.get("name", ""): joint for joint in robot.findall("joint")}
     laws = _resolved(joints)
@@ -38,7 +38,7 @@ def resolve_mimics(robot: Element) -> None:
 
 
 def _lead(laws: dict[str, Law], group: list[str], first: str) -> None:
-    """Let all joints of a group, its leader the first of it, follow another of them."""
+    """Let all joints of a group follow `first` instead of the group's present leader."""
     leader, (_, k, b) = group[0], laws.pop(first)
     laws[leader] = leader, 1.0, 0.0
     for name in group:
@@ -48,7 +48,7 @@ def _lead(laws: dict[str, Law], group: list[str], first: str) -> None:
 
 
 def _resolved(joints: dict[str, Element]) -> dict[str, Law]:
-    """By joint that mimics, what it does to the joint at the end of the line, which moves by itself."""
+    """For each mimic joint, its law relative to the joint at the end of the chain, which has its own coordinate."""
     mimics = {name: found for name, joint in joints.items() if (found := joint.find("mimic")) is not None}
     resolved: dict[str, Law] = {}
     for name in mimics:

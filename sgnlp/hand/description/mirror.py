@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ElementTree
 from sgnlp.hand.description.poses import words
 
 VECTOR, PSEUDOVECTOR = (1, -1, 1), (-1, 1, -1)
-"""The signs that the reflection gives to a place, a direction or a scale, and to what something turns about or by."""
+"""Signs of the reflection: for positions, directions and scales; and for rotation axes and angles."""
 
 
 def mirror(robot: ElementTree.Element) -> None:
@@ -24,7 +24,7 @@ def mirror(robot: ElementTree.Element) -> None:
     for joint in robot.findall("joint"):
         axis = joint.find("axis")
         if axis is None and joint.get("type") != "fixed":
-            axis = ElementTree.SubElement(joint, "axis", xyz="1 0 0")  # what a URDF means where it says nothing
+            axis = ElementTree.SubElement(joint, "axis", xyz="1 0 0")  # the URDF's default
         if axis is not None:
             _sign(axis, "xyz", PSEUDOVECTOR if joint.get("type") == "revolute" else VECTOR)
     for origin in robot.iter("origin"):

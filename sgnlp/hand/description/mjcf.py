@@ -1,4 +1,4 @@
-"""An MJCF as a URDF: MuJoCo reads and compiles it, and what hangs below one body is written as links and joints.
+"""Converts an MJCF to a URDF: MuJoCo compiles it, and the tree below one body is written as links and joints.
 
 A body is a link of its name, in its own frame. With the joints 1..k, their anchors p and axes a in that frame, and
 their zeros q⁰ (`ref`), MuJoCo places a body in its parent at X · ∏ T(p_j) exp(a_j (q_j − q⁰_j)) T(−p_j), from the first
@@ -20,18 +20,18 @@ from sgnlp.hand.description.poses import add, place, pose, words
 from sgnlp.hand.yaml_nodes import unknown_name
 
 WORLD = 0
-"""MuJoCo's number of the body that does not move."""
+"""MuJoCo's number of the fixed world body."""
 
 
 def read_mjcf(file: Path, root: str | None) -> ElementTree.Element:
-    """The part of an MJCF below the body `root`, if None below the one that stands in the world, as a URDF.
+    """The tree of an MJCF below the body `root` (by default the only body in the world), as a URDF.
 
-    Free joints and all others above the root are left out. A linear equality of two joints is a <mimic>. Joints that
-    one motor moves by a fixed tendon stay apart: couplings of the hand's file tie them.
+    Joints above the root are left out. A linear equality of two joints becomes a <mimic>. Joints that one motor moves
+    by a fixed tendon stay independent; couplings in the hand's file tie them.
 
     Raises:
-        InputError: MuJoCo is not there or cannot read the file, there is no such body, or it has a part that no URDF
-            has, such as a ball joint.
+        InputError: MuJoCo is missing or cannot read the file, the body does not exist, or it has a part that a URDF
+            cannot express, such as a ball joint.
     """
     spec, model = compiled(file)
     below = _below(model, _root(model, root))
@@ -50,7 +50,7 @@ def read_mjcf(file: Path, root: str | None) -> ElementTree.Element:
 
 
 def _root(model: Any, root: str | None) -> int:
-    """The number of the body of that name; of the only one in the world if it is None."""
+    """The number of the body with this name; of the only one in the world if it is None."""
     names = {_name(model.body(i), "body"): i for i in range(model.nbody)}
     if root is None:
         standing = [name for name, i in names.items() if i != WORLD and model.body_parentid[i] == WORLD]
@@ -64,7 +64,7 @@ def _root(model: Any, root: str | None) -> int:
 
 
 def _below(model: Any, root: int) -> list[int]:
-    """The numbers of a body and of all that hang below it, each after its parent."""
+    """The numbers of a body and of all bodies below it, each after its parent."""
     below = [root]
     for body in range(root + 1, model.nbody):
         if model.body_parentid[body] in below:
@@ -73,7 +73,7 @@ def _below(model: Any, root: int) -> list[int]:
 
 
 def _name(thing: Any, kind: str) -> str:
-    """The name of a body or joint, made of its number where it has none."""
+    """The name of a body or joint; a name from its number if it has none."""
     return str(thing.name) or f"{kind}{thing.id}"
 
 
@@ -124,7 +124,7 @@ def _join(robot: Any, name: str, kind: str, ends: tuple[str, str], origin: pin.S
 
 
 def _free(robot: ElementTree.Element, model: Any, name: str) -> str:
-    """That name, or the first like it that no body and no link has."""
+    """The name, or the first similar one that no body and no link has."""
     taken = {_name(model.body(i), "body") for i in range(model.nbody)} | {x.get("name") for x in robot.iter("link")}
     while name in taken:
         name += "_"
@@ -132,7 +132,7 @@ def _free(robot: ElementTree.Element, model: Any, name: str) -> str:
 
 
 def _kind(model: Any, joint: int, name: str) -> tuple[str, float]:
-    """What a URDF calls a joint, and the angle or distance at which MuJoCo's frames stand as told."""
+    """The URDF type of a joint, and its angle or distance in MuJoCo's reference configuration."""
     import mujoco
 
     kinds = {
@@ -148,14 +148,14 @@ def _kind(model: Any, joint: int, name: str) -> tuple[str, float]:
 
 
 def _motion(kind: str, axis: np.ndarray, value: float) -> pin.SE3:
-    """How a joint at that angle [rad] or distance [m] has moved what it carries."""
+    """The displacement by a joint at this angle [rad] or distance [m]."""
     if kind == "prismatic":
         return pin.SE3(np.eye(3), value * axis)
     return pin.SE3(pin.exp3(value * axis), np.zeros(3))
 
 
 def _limit(made: ElementTree.Element, model: Any, joint: int, effort: float) -> None:
-    """The range of a joint and the effort of its motor [N m or N], 0 where the file tells none."""
+    """Write the range of a joint and the effort of its motor [N m or N], 0 if the file gives none."""
     if model.jnt_limited[joint]:
         lower, upper = map(words, model.jnt_range[joint])
         add(made, "limit", lower=lower, upper=upper, effort=words(effort), velocity="0")
@@ -184,7 +184,7 @@ def _couple(robot: ElementTree.Element, model: Any, inside: set[int]) -> None:
 
 
 def _check_loops(model: Any, below: set[int]) -> None:
-    """Refuse what closes a loop: a URDF is a tree."""
+    """Refuse equalities that close a loop: a URDF is a tree."""
     import mujoco
 
     for i in range(model.neq):

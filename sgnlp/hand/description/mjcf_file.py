@@ -14,7 +14,7 @@ CORNERS, FACES = np.vstack([np.zeros(3), np.eye(3)]), np.array([[0, 2, 1], [0, 1
 def compiled(file: Path) -> tuple[Any, Any]:
     """The file as a `mujoco.MjSpec` and as a `mujoco.MjModel`, with every body kept.
 
-    In the model, a small solid is in the place of each mesh of which only the place counts: reading it takes a second.
+    In the model, a small solid replaces each mesh of which only the pose is needed: reading a mesh takes a second.
 
     Raises:
         InputError: MuJoCo is not installed, or cannot read the file.

@@ -1,4 +1,4 @@
-"""What a body of an MJCF shows, as the visual and collision geometry of a URDF's link."""
+"""The geoms of an MJCF body as visual and collision geometry of a URDF's link."""
 
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -14,13 +14,13 @@ HIDDEN = 3
 """The first group of geoms that MuJoCo's viewer does not show: by custom, those that only collide."""
 
 SAME = 1e-9
-"""Relative difference up to which two matrices are the same but for rounding."""
+"""Relative difference of two matrices that counts as rounding."""
 
 
 def show(link: ElementTree.Element, spec: Any, model: Any, body: int) -> None:
-    """Add the geoms of a body: what touches nothing and is shown is visual, what touches is collision geometry.
+    """Add the geoms of a body: shown geoms without contact are visual, geoms with contact are collision geometry.
 
-    Planes are left out: no part of a hand is endless.
+    Planes are left out: no part of a hand is infinite.
     """
     import mujoco
 
@@ -39,7 +39,7 @@ def show(link: ElementTree.Element, spec: Any, model: Any, body: int) -> None:
 
 
 def _mesh(shown: ElementTree.Element, spec: Any, model: Any, geom: int) -> None:
-    """The file of a mesh, its scale, and where its own origin is.
+    """Write the file of a mesh, its scale, and the pose of its origin.
 
     MuJoCo takes a vertex v of the file to w = D Qᵀ(v − p), with the mesh's scale D, `refquat` Q and `refpos` p, and w
     to M⁻¹ w, with the pose M of the mesh's principal axes. The geom's pose G is that of these axes. So v stands at
@@ -62,7 +62,7 @@ def _mesh(shown: ElementTree.Element, spec: Any, model: Any, geom: int) -> None:
 
 
 def _solid(shown: ElementTree.Element, model: Any, geom: int, link: str) -> None:
-    """A solid of the same size. In the place of an ellipsoid is the smallest capsule around it, on its longest axis."""
+    """Write a solid of the same size. An ellipsoid becomes the smallest capsule around it, along its longest axis."""
     import mujoco
 
     kind, size = mujoco.mjtGeom(model.geom_type[geom]), model.geom_size[geom]

@@ -1,4 +1,4 @@
-"""The motors of an MJCF: which joints they move, and how strong they are there."""
+"""The motors of an MJCF: the joints that they move, and their efforts at these joints."""
 
 from pathlib import Path
 from typing import Any
@@ -10,10 +10,10 @@ from sgnlp.hand.description.xml_file import read_xml
 
 
 def efforts(model: Any) -> dict[int, float]:
-    """The largest effort [N m or N] by joint, of a `mujoco.MjModel`: what its motors and its own limit leave.
+    """The largest effort [N m or N] by joint of a `mujoco.MjModel`, from its motors and its own limit.
 
-    A motor that pulls a fixed tendon turns each of its joints with its force times the joint's coefficient. Motors
-    without a range of forces are left out, but for those whose control is the force.
+    A motor on a fixed tendon moves each of its joints with its force times the joint's coefficient. Motors without a
+    force range are left out, except those whose control is the force.
     """
     found: dict[int, float] = {}
     for motor in range(model.nu):
@@ -27,7 +27,7 @@ def efforts(model: Any) -> dict[int, float]:
 
 
 def shared_motors(file: Path) -> list[list[str]]:
-    """Of each motor of an MJCF that moves several joints by a fixed tendon, their names; none of a URDF.
+    """For each motor of an MJCF that moves several joints by a fixed tendon, their names; none for a URDF.
 
     Raises:
         InputError: the file is neither, or cannot be read.
@@ -40,7 +40,7 @@ def shared_motors(file: Path) -> list[list[str]]:
 
 
 def _force(model: Any, motor: int) -> float | None:
-    """The largest force of a motor before its gear; None where the file bounds none."""
+    """The largest force of a motor before its gear; None if the file gives no bound."""
     import mujoco
 
     if model.actuator_forcelimited[motor]:
@@ -52,7 +52,7 @@ def _force(model: Any, motor: int) -> float | None:
 
 
 def _arms(model: Any, motor: int) -> dict[int, float]:
-    """By joint, how far a motor moves for a unit of the joint: its gear, times the coefficient in a fixed tendon."""
+    """By joint, the motor's motion for a unit of the joint: its gear, times the coefficient in a fixed tendon."""
     import mujoco
 
     kind = mujoco.mjtTrn(model.actuator_trntype[motor])  # of the plain numbers, `in` finds none among the names

@@ -1,4 +1,4 @@
-"""The numbers of a description's links and joints: how many an attribute holds, and which are valid."""
+"""Checks the numbers of a description's links and joints: their count in an attribute, and their range."""
 
 import xml.etree.ElementTree as ElementTree
 
@@ -20,12 +20,12 @@ NUMBERS = {
     "mass": {"value": 1},
     "inertia": INERTIA,
 }
-"""How many numbers the attributes of an element of a link or joint hold."""
+"""The count of numbers in the attributes of an element of a link or joint."""
 SOLIDS = ("sphere", "cylinder", "capsule", "box")
 
 
 def check_numbers(element: ElementTree.Element, owner: str) -> None:
-    """All numbers of a link or joint are finite, sizes are positive, and no mass is negative."""
+    """Check that all numbers of a link or joint are finite, sizes are positive, and no mass is negative."""
     for part in element.iter():
         for key, count in NUMBERS.get(part.tag, {}).items():
             text = part.get(key)

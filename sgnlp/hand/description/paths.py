@@ -1,4 +1,4 @@
-"""Where the meshes are that a description names."""
+"""The paths of a description's meshes."""
 
 import difflib
 import os
@@ -10,7 +10,7 @@ from sgnlp.hand.description.source import packaged
 
 MESH_SUFFIXES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
 LFS_POINTER = b"version https://git-lfs"
-"""How a file begins that Git LFS has not yet fetched."""
+"""The beginning of a file that Git LFS has not fetched yet."""
 
 
 def mesh_file(text: str, folder: Path, owner: str) -> Path:
@@ -19,7 +19,7 @@ def mesh_file(text: str, folder: Path, owner: str) -> Path:
     `package://NAME/` is any folder of that name above the folder, or an installed package.
 
     Raises:
-        InputError: no file is there, or it is none of a mesh; `owner` says whose.
+        InputError: the file does not exist, or is not a mesh; the message names its `owner`.
     """
     scheme, colon, rest = text.partition("://")
     if not colon:
@@ -48,14 +48,14 @@ def mesh_file(text: str, folder: Path, owner: str) -> Path:
 
 
 def _of_package(package: str, path: str, folder: Path) -> list[Path]:
-    """Where a file of a package may be: below a folder of that name above `folder`, or where packages are installed."""
+    """Possible paths of a package's file: below a folder with its name above `folder`, or in installed packages."""
     above = [place / path for place in (folder, *folder.parents) if place.name == package]
     installed = packaged(package, path) if path else None
     return above if installed is None else [*above, installed]
 
 
 def _beside(text: str, folder: Path) -> str:
-    """A hint where the end of a path that is not there is a file in the URDF's folder or below the one above."""
+    """A hint for a missing path whose end is a file in the URDF's folder, or below the folder above it."""
     parts = [part for part in text.replace("\\", "/").split("/") if part]
     for start in range(len(parts)):
         inner = "/".join(parts[start:])

@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike
 
 
 def add(parent: ElementTree.Element, tag: str, **attributes: str) -> ElementTree.Element:
-    """A new element with these attributes, the last one of its parent."""
+    """Append a new element with these attributes to its parent."""
     return ElementTree.SubElement(parent, tag, attributes)
 
 
 def words(*values: float) -> str:
-    """Numbers as an attribute holds them, with all their digits."""
+    """Numbers as the text of an attribute, with all digits."""
     return " ".join(repr(float(value)) for value in values)
 
 
@@ -27,8 +27,8 @@ def pose(translation: ArrayLike, quaternion: ArrayLike) -> pin.SE3:
 def place(stands: pin.SE3) -> dict[str, str]:
     """The attributes of the <origin> of a pose.
 
-    A URDF writes R = Rz(c) Ry(b) Rx(a) as its rpy, a b c. Near b = ±90° only c ∓ a matters: c is what a and b leave, so
-    that R comes back with all its digits there, too.
+    A URDF writes R = Rz(c) Ry(b) Rx(a) as rpy = a b c. Near b = ±90° only c ∓ a matters; c is computed from R, a and b,
+    so that R is restored with all digits there, too.
     """
     rotation = stands.rotation
     a = math.atan2(rotation[2, 1], rotation[2, 2])

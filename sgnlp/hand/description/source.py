@@ -1,4 +1,4 @@
-"""Where the file of a description is: beside the hand's file, or in an installed package."""
+"""The path of a description's file: beside the hand's file, or in an installed package."""
 
 import functools
 import importlib.metadata
@@ -11,15 +11,15 @@ from sgnlp.base.errors import InputError, NotInstalledError
 from sgnlp.hand.yaml_nodes import mapping, word
 
 SHARE = "AMENT_PREFIX_PATH"
-"""The variable in which ROS 2 lists where packages are installed."""
+"""The environment variable with ROS 2's list of installed packages."""
 
 
 def source_file(source: Any, folder: Path) -> Path:
-    """The URDF or MJCF: a file beside the YAML, or a `path` in the installed `package`, which `install` brings.
+    """The URDF or MJCF: a file beside the YAML, or a `path` in the installed `package`; `install` installs it.
 
     Raises:
-        NotInstalledError: the package has no such file.
-        InputError: nor is one beside the YAML.
+        NotInstalledError: the package, or the file in it, is missing.
+        InputError: the file beside the YAML is missing.
     """
     if isinstance(source, str):
         if not (folder / source).is_file():
@@ -37,7 +37,7 @@ def source_file(source: Any, folder: Path) -> Path:
 
 @functools.cache
 def packaged(package: str, path: str) -> Path | None:
-    """A file of an installed package: of ROS, of conda, of a source build, or of pip; None where there is none."""
+    """A file of a package installed by ROS, conda, a source build or pip; None if there is none."""
     prefixes = [sys.prefix, *filter(None, os.environ.get(SHARE, "").split(os.pathsep))]
     for prefix in prefixes:
         if (shared := Path(prefix) / "share" / package / path).is_file():
@@ -48,7 +48,7 @@ def packaged(package: str, path: str) -> Path | None:
 
 @functools.cache
 def _files(package: str) -> list[importlib.metadata.PackagePath]:
-    """The files of a package of pip, thousands of them; none if there is no such package."""
+    """The files of a pip package; empty if there is no such package. There may be thousands."""
     try:
         return importlib.metadata.files(package) or []
     except (importlib.metadata.PackageNotFoundError, ValueError):

@@ -25,7 +25,7 @@ def named(robot: Element, kind: str) -> dict[str, Element]:
 
 
 def check_tree(links: Collection[str], joints: dict[str, Element]) -> None:
-    """The joints join all links to one tree."""
+    """Check that the joints connect all links to one tree."""
     above: dict[str, str] = {}
     for name, joint in joints.items():
         ends = []
@@ -53,10 +53,10 @@ def check_tree(links: Collection[str], joints: dict[str, Element]) -> None:
 
 
 def cut(robot: Element, root: str | None) -> None:
-    """Leave of a tree the link `root` and what hangs below it; all if it is None.
+    """Reduce a tree to the link `root` and everything below it; None keeps all.
 
     Raises:
-        InputError: there is no such link, or a joint below it mimics one that is not.
+        InputError: the link does not exist, or a joint below it mimics one that is not below it.
     """
     links, joints = named(robot, "link"), named(robot, "joint")
     if root is None:
@@ -86,5 +86,5 @@ def cut(robot: Element, root: str | None) -> None:
 def end(joint: Element, which: str) -> str:
     """The link at an end of a joint of a tree, "parent" or "child"."""
     element = joint.find(which)
-    assert element is not None  # `check_tree` has seen to it
+    assert element is not None  # `check_tree` has checked this
     return element.get("link", "")

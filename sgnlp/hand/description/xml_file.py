@@ -1,4 +1,4 @@
-"""The XML of a URDF or an MJCF, refused where it is neither, or xacro that nobody expanded."""
+"""Reads the XML of a URDF or an MJCF; refuses other files, and xacro that is not expanded."""
 
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -6,14 +6,14 @@ from pathlib import Path
 from sgnlp.base.errors import InputError
 
 INCLUDES = ("include", "model")
-"""The elements of an MJCF that name another one."""
+"""The elements of an MJCF that include another file."""
 
 
 def read_xml(file: Path) -> ElementTree.Element:
     """The root element, <robot> of a URDF or <mujoco> of an MJCF.
 
     Raises:
-        InputError: it cannot be read, has another root, or is xacro that nobody expanded.
+        InputError: it cannot be read, has another root, or is xacro that is not expanded.
     """
     expand = f"expand it (pip install xacro; xacro {file.name} -o expanded.urdf) and name the result in the hand's file"
     try:
@@ -38,12 +38,13 @@ def read_xml(file: Path) -> ElementTree.Element:
 
 
 def content(file: Path) -> bytes:
-    """What makes a description: the bytes of its file, and of an MJCF those of all that it includes."""
+    """The content of a description: the bytes of its file, and of all files that an MJCF includes."""
     found = {file: file.read_bytes()}
     unread = [file]
     while unread:
         for part in ElementTree.fromstring(found[unread.pop()]).iter():
-            named = file.parent / part.get("file", "")  # MuJoCo looks beside the first file, whichever includes it
+            # MuJoCo searches beside the first file, whichever file includes it
+            named = file.parent / part.get("file", "")
             if part.tag in INCLUDES and named.is_file() and named not in found:
                 found[named] = named.read_bytes()
                 unread.append(named)

@@ -1,4 +1,4 @@
-"""A hand's file drafted from its description: every key that can be guessed is, with the measure that it came from.
+"""Drafts a hand's file from its description: every key that can be guessed, with the measurement behind it.
 
-Each module guesses one thing from the tree of joints and the meshes of the links; `draft` puts them together.
+Each module guesses one thing from the tree of joints and the meshes of the links; `draft` combines them.
 """

@@ -15,7 +15,7 @@ from sgnlp.hand.draft.pads import Pad, pad
 from sgnlp.hand.draft.skeleton import Skeleton
 
 PALM_BULGE, END_BULGE = 0.012, 0.004
-"""How far the spheres of the palm and of the fingers' ends may bulge [m]. At an end they would meet an object first."""
+"""Largest bulge of the spheres of the palm and of the fingers' ends [m]: at an end they would touch an object first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class Body:
     chains: tuple[Chain, ...]
     pads: tuple[Pad, ...]
     covers: dict[int, Cover]
-    """By joint of the model; 0 is the palm. An end's is beside its pad."""
+    """Covers by joint of the model; 0 is the palm. At a finger's end the cover is in addition to the pad."""
 
     @property
     def balls(self) -> list[tuple[int, Ball]]:
@@ -36,12 +36,12 @@ class Body:
 
     @property
     def radii(self) -> Array:
-        """Of the spheres (S,) [m]."""
+        """Radii of the spheres (S,) [m]."""
         return np.array([ball.radius for _, ball in self.balls])
 
     @property
     def owners(self) -> IntArray:
-        """The chain that moves each sphere (S,), the first where it is several; -1 for the palm."""
+        """The chain that moves each sphere (S,), the first if there are several; -1 for the palm."""
         lines = [set(chain.joints) for chain in self.chains]
         return np.array([next((i for i, line in enumerate(lines) if j in line), -1) for j, _ in self.balls])
 
@@ -50,7 +50,7 @@ class Body:
         return any(chain.end == joint for chain in self.chains)
 
     def centres(self, joints: Array) -> Array:
-        """Of the spheres (S, 3) [m] in the root's frame, by numeric Pinocchio."""
+        """Centres of the spheres (S, 3) [m] in the root's frame, by numeric Pinocchio."""
         data = self.skeleton.model.createData()
         pin.forwardKinematics(self.skeleton.model, data, joints)
         places = np.array([place.homogeneous for place in data.oMi])[self._joints]
@@ -80,7 +80,7 @@ def body(skeleton: Skeleton, chains: Sequence[Chain]) -> Body:
         if not len(skin := skeleton.skin(joint)):
             continue
         alike = skin.tobytes() + (at_end[joint].centre.tobytes() if joint in at_end else b"")
-        if alike not in known:  # the fingers of many hands are the same
+        if alike not in known:  # many hands have identical fingers
             known[alike] = _cover(skin, joint, at_end.get(joint))
         covers[joint] = known[alike]
     return Body(skeleton, tuple(chains), pads, covers)

@@ -25,15 +25,15 @@ WORDS = {
     "pinky": "little",
     "middle": "middle",
 }
-"""The middle last: it is a phalanx of each finger too."""
+"""The middle finger last, since its word also names a phalanx of each finger."""
 
 
 @dataclass(frozen=True)
 class Chain:
-    """A finger: its tip's link, and the joints of the model that move that and not the whole hand, root first."""
+    """A finger: its tip's link, and the joints of the model that move it but not the whole hand, root first."""
 
     name: str | None
-    """By a word in the names of its links and joints; None where there is none."""
+    """Name from a word in the names of its links and joints; None if there is none."""
     tip: str
     joints: tuple[int, ...]
 
@@ -68,7 +68,7 @@ def chains(skeleton: Skeleton, tips: Sequence[str] = ()) -> list[Chain]:
 
 
 def _tip(skeleton: Skeleton, end: int) -> str:
-    """Of the links behind the last joint, one that is named a tip, else the farthest from the joint."""
+    """The link behind the last joint that is named a tip, else the one farthest from the joint."""
     model = skeleton.model
 
     def rank(name: str) -> tuple[bool, float]:
@@ -79,7 +79,7 @@ def _tip(skeleton: Skeleton, end: int) -> str:
 
 
 def _word(skeleton: Skeleton, tip: str, line: Sequence[int]) -> str | None:
-    """The finger that a tip and the joints before it, the last first, are named for."""
+    """The finger in the names of a tip and of the joints before it, the last first."""
     names = [tip]
     for joint in reversed(line):
         names += [skeleton.model.names[joint], *skeleton.links(joint)]

@@ -1,4 +1,4 @@
-"""Which way a joint closes, and where the end of a finger points and closes to."""
+"""The closing direction of a joint, and the directions in which the end of a finger points and closes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ from sgnlp.hand.draft.chains import Chain
 from sgnlp.hand.draft.skeleton import Skeleton
 
 LOPSIDED = 0.1
-"""Least |lower + upper| / (upper - lower) of a joint that closes towards its larger limit; with less it spreads. LEAP's
-thumb has 0.17 at its last joint, spreading joints have 0."""
+"""A joint with at least this |lower + upper| / (upper - lower) closes towards its larger limit; with less it is a
+spreading joint. LEAP's thumb has 0.17 at its last joint, spreading joints have 0."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,22 +20,23 @@ class End:
     """The end of a finger, in the frame of its last joint. Unit vectors."""
 
     along: Array
-    """(3,) where the finger points."""
+    """(3,) direction in which the finger points."""
     closing: Array
-    """(3,) where its end moves when the last joint closes: the side of the pad."""
+    """(3,) direction in which its end moves when the last joint closes: the side of the pad."""
 
 
 def sense(skeleton: Skeleton, joint: int) -> int:
-    """1 if a joint closes towards its upper limit, -1 towards its lower one, 0 if its range tells nothing.
+    """1 if a joint closes towards its upper limit, -1 towards its lower one, 0 if its range does not decide.
 
-    Zero is the stretched finger in descriptions, and a finger bends farther in than out.
+    In descriptions zero is the stretched finger, and a finger bends farther inwards than outwards.
     """
     low, high = skeleton.range(joint)
     return int(np.sign(low + high)) if abs(low + high) >= LOPSIDED * (high - low) else 0
 
 
 def ends(skeleton: Skeleton, chains: Sequence[Chain]) -> list[End]:
-    """The end of each finger. A last joint whose range tells nothing closes towards the middle of the others' tips."""
+    """The end of each finger. If the range of a last joint does not decide, it closes towards the other tips'
+    middle."""
     model = skeleton.model
     data = model.createData()
     pin.forwardKinematics(model, data, (model.lowerPositionLimit + model.upperPositionLimit) / 2)
@@ -53,7 +54,7 @@ def ends(skeleton: Skeleton, chains: Sequence[Chain]) -> list[End]:
 
 
 def _reach(skeleton: Skeleton, chain: Chain) -> Array:
-    """The point (3,) [m] that the end of a finger reaches to: the middle of its skin, or the tip's link without one."""
+    """The point (3,) [m] of a finger's end: the middle of its skin, or the tip's link without meshes."""
     skin = skeleton.skin(chain.end)
     model = skeleton.model
     place = model.frames[model.getFrameId(chain.tip, pin.FrameType.BODY)].placement.translation
@@ -61,6 +62,6 @@ def _reach(skeleton: Skeleton, chain: Chain) -> Array:
 
 
 def _unit(vector: Array, otherwise: Array) -> Array:
-    """The unit vector, or that of another vector for one of no length."""
+    """The unit vector, or that of `otherwise` for a zero vector."""
     length = float(np.linalg.norm(vector))
     return vector / length if length > 0 else otherwise / max(float(np.linalg.norm(otherwise)), np.finfo(float).tiny)

@@ -1,9 +1,9 @@
 """Spheres that cover a link: as few as leave no point of its meshes more than 3 mm outside.
 
-Of candidates c inside the link, each with the largest radius r that bulges out by no more than is allowed,
-r = depth(c) + bulge, few are chosen so that each point p of the skin has a |p - c| ≤ r + 3 mm: a set cover. It is
-solved for some of the points, to which those are added that it leaves bare, until there are none. Then each radius is
-made as small as all points allow.
+Candidates c are inside the link, each with the largest radius r that bulges out by no more than allowed,
+r = depth(c) + bulge. Few are chosen so that each point p of the skin has a candidate with |p - c| ≤ r + 3 mm: a set
+cover. It is solved for some of the points; uncovered points are added until there are none. Then each radius is reduced
+as far as all points allow.
 """
 
 from collections.abc import Sequence
@@ -19,26 +19,26 @@ from sgnlp.hand.draft.solids import CELL, Solid
 from sgnlp.perception.synthetic.meshes import unit_sphere
 
 OUTSIDE = 0.003
-"""How far the skin may be outside of all spheres [m]."""
+"""Largest distance of the skin outside all spheres [m]."""
 ROUNDING = 0.0001
-"""What is left of it to the digits of the hand's file [m]."""
+"""Part of it that is left for the rounding in the hand's file [m]."""
 RESERVE = 0.0003
-"""How much of it is kept for the points of the skin between those that are looked at [m]."""
+"""Part of it that is left for points of the skin between the sampled ones [m]."""
 POINTS, ADDED, CANDIDATES = 400, 400, 400
-"""Of the skin that are looked at first, those added of what is left bare, and centres."""
+"""Numbers of: sampled points of the skin, uncovered points added at a time, and candidate centres."""
 BULGE = 0.6
-"""How far spheres may bulge, in half thicknesses of the link, if nothing is asked: 6 mm on an Allegro's finger."""
+"""Default bulge of the spheres, in half thicknesses of the link: 6 mm on an Allegro's finger."""
 THIN = 0.004
-"""Least of it [m]: a thin plate would need a sphere every few millimetres."""
+"""Least default bulge [m]: without it a thin plate would need a sphere every few millimetres."""
 STEP = 0.002
-"""Between candidates on the axes of the joint's frame [m]."""
+"""Spacing of candidates on the axes of the joint's frame [m]."""
 OFF_AXIS = 1.1
-"""What a sphere costs off the axes of the joint's frame, where derivatives are less sparse, if one on them costs 1."""
+"""Cost of a sphere off the axes of the joint's frame, where derivatives are less sparse; on the axes it is 1."""
 SHY = 0.001 * np.arange(8, -9, -2)
-"""How far spheres stay behind a pad where it looks [m]: as plans leave between links and object at contact, or as near
-to that as still covers. A sphere beside a broad pad would else keep it off the object."""
+"""Distance of spheres behind a pad's front [m]: the clearance between links and object at contact in plans, or as much
+of it as still covers. Otherwise a sphere beside a broad pad would keep the pad off the object."""
 DIRECTIONS = 200
-"""In which the bulge of a sphere is measured."""
+"""Directions in which the bulge of a sphere is measured."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,16 +55,16 @@ class Cover:
 
     balls: tuple[Ball, ...]
     outside: float
-    """How far [m] the skin is outside of all spheres at most; negative if they enclose it."""
+    """Largest distance [m] of the skin outside all spheres; negative if they enclose it."""
     excess: float
-    """How far [m] the spheres are outside of the link at most."""
+    """Largest distance [m] of the spheres outside the link."""
 
 
 def cover(skin: Array, bulge: float | None = None, pad: Pad | None = None, on_axes: bool = True) -> Cover:
-    """Spheres that cover the skin (K, 3) [m] of a link beside its pad, bulging by `bulge` [m] at most.
+    """Spheres that, with its pad, cover the skin (K, 3) [m] of a link, with a bulge of at most `bulge` [m].
 
-    Without one, they may bulge in proportion to the link's thickness. With `on_axes`, centres on the axes of the frame
-    are preferred.
+    By default the bulge is in proportion to the link's thickness. With `on_axes`, centres on the axes of the frame are
+    preferred.
     """
     solid = Solid(skin)
     bulge = max(THIN, BULGE * solid.thickness / 2) if bulge is None else bulge
@@ -96,7 +96,7 @@ def _candidates(solid: Solid, bulge: float, on_axes: bool) -> tuple[Array, Array
 
 
 def _behind(pad: Pad, points: Array, centres: Array, radii: Array) -> Array:
-    """The radii (C,) [m] with which spheres stay behind the pad where it looks, as far as still covers all points."""
+    """The radii (C,) [m] with which spheres stay behind the pad's front, as far as they still cover all points."""
     end = pad.normal @ pad.centre + pad.radius
     for shy in SHY:
         less = np.minimum(radii, end - shy - centres @ pad.normal)
@@ -115,7 +115,7 @@ def _chosen(points: Array, centres: Array, radii: Array, costs: Array) -> list[B
 
 
 def _shrunk(points: Array, balls: Sequence[Ball]) -> list[Ball]:
-    """The spheres, as small as the points allow that no other one covers, the one with the most points first."""
+    """The spheres, reduced to the points that no other one covers, beginning with the one with the most points."""
     distances = cdist(points, np.array([ball.centre for ball in balls]).reshape(-1, 3))
     left = distances <= np.array([ball.radius for ball in balls]) + OUTSIDE - ROUNDING
     found = []
@@ -151,7 +151,7 @@ def _spread(points: Array, count: int) -> Array:
 
 
 def _gaps(points: Array, balls: Sequence[Ball]) -> Array:
-    """How far (K,) [m] points are outside of all spheres."""
+    """Distance (K,) [m] of points outside all spheres."""
     if not balls:
         return np.full(len(points), np.inf)
     centres, radii = np.array([ball.centre for ball in balls]), np.array([ball.radius for ball in balls])
@@ -159,6 +159,6 @@ def _gaps(points: Array, balls: Sequence[Ball]) -> Array:
 
 
 def _excess(solid: Solid, balls: Sequence[Ball]) -> float:
-    """How far [m] spheres are outside of the solid at most."""
+    """Largest distance [m] of the spheres outside the solid."""
     around = unit_sphere(DIRECTIONS).vertices
     return max((-float(solid.depth(ball.centre + ball.radius * around).min()) for ball in balls), default=0.0)

@@ -1,4 +1,4 @@
-"""A hand's file from its description: the guesses put together."""
+"""A hand's file from its description: the guesses combined."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,12 +11,12 @@ from sgnlp.hand.draft.skeleton import Skeleton
 from sgnlp.hand.model import joint_model
 
 TURN, SLIDE = (-1.5708, 1.5708), (-0.02, 0.02)
-"""Limits of a joint for which the description has none: a quarter turn either way [rad], 2 cm [m]."""
+"""Limits of a joint without them in the description: a quarter turn either way [rad], 2 cm [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Draft:
-    """What a hand's file says, and how well each guess fits."""
+    """The content of a hand's file, and how well each guess fits."""
 
     file: Path
     """The description that it was drafted from."""
@@ -29,13 +29,13 @@ class Draft:
     ordered: bool
     """Whether the fingers and their order were guessed, not given."""
     left: tuple[str, ...]
-    """Fingers that are left out, for they have too few joints to meet an object together with the others."""
+    """Fingers that are left out because they have too few joints to touch an object together with the others."""
     searched: bool
-    """Whether the palm was."""
+    """Whether the palm was guessed."""
 
     @property
     def name(self) -> str:
-        """What the description calls the hand, or its file."""
+        """The hand's name in the description, or the name of the file."""
         return str(self.body.skeleton.model.name) or self.file.stem
 
 
@@ -70,7 +70,7 @@ def draft(file: Path, root: str | None = None, tips: Sequence[str] = (), mirror:
 
 
 def _changes(file: Path, root: str | None, mirror: bool) -> Changes:
-    """The mirror image where it is asked for, and limits for the joints that have none."""
+    """The mirror image, if asked for, and limits for joints without them."""
     limits = {name: TURN if turns else SLIDE for name, turns in endless(file, root).items()}
     return Changes(limits=limits, mirror=mirror)
 

@@ -1,4 +1,4 @@
-"""The order of the fingers, from the thumb's neighbour on and the thumb last, and names for those that have none."""
+"""The order of the fingers, from the thumb's neighbour on and the thumb last, and names for unnamed ones."""
 
 from dataclasses import replace
 from itertools import combinations
@@ -12,16 +12,17 @@ from sgnlp.hand.draft.wrist import bases
 from sgnlp.hand.hand_file import MIN_FINGERS
 
 ROWS = {4: ("index", "middle", "ring"), 5: ("index", "middle", "ring", "little")}
-"""What the fingers beside a thumb are called, by the number of all."""
+"""Names of the fingers besides the thumb, by the number of all fingers."""
 
 FREE, WRIST = 3, 6
-"""A finger of three joints meets a thing where it likes; the six freedoms of the wrist make up for what others lack."""
+"""A tip moved by three joints can reach any point; the six degrees of freedom of the wrist make up for missing
+joints."""
 
 
 def enough(body: Body) -> list[int]:
-    """The fingers that can all meet a thing at once, of those in order: the thumb, the last, and its neighbours.
+    """The fingers that can all touch an object at once: the thumb, which is last in the order, and its neighbours.
 
-    Σ max(3 - n_i, 0) ≤ 6 with n_i the joints of a finger that move by themselves, if three fingers do not lack more.
+    Σ max(3 - n_i, 0) ≤ 6, with n_i the actuated joints of a finger; at least three fingers are kept.
     """
     model, lacks = body.skeleton.model, list[int]()
     for chain in body.chains:
@@ -33,10 +34,10 @@ def enough(body: Body) -> list[int]:
 
 
 def ordered(body: Body, reference: Reference, keep: bool = False) -> tuple[Body, Reference]:
-    """Both with the fingers in order, or in the given one with `keep`, and each finger with a name.
+    """Body and reference with the fingers in order (with `keep`, in the given one), and each finger with a name.
 
-    Fingers that no link or joint names are named by their place beside the thumb, where a hand has four or five, else
-    for the links of their tips.
+    Fingers without a name in their links or joints are named by their place beside the thumb if the hand has four or
+    five, else by the links of their tips.
     """
     m = len(body.chains)
     order = list(range(m)) if keep else _order(bases(body, reference.joints), reference.thumb)

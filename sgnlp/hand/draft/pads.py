@@ -1,4 +1,4 @@
-"""The pads: a sphere fitted to the skin of each finger's end, on the side that meets things."""
+"""The pads: a sphere fitted to the skin of each finger's end, on the side that touches objects."""
 
 from dataclasses import dataclass
 
@@ -15,11 +15,11 @@ from sgnlp.perception.synthetic.meshes import hull
 from sgnlp.perception.synthetic.truth import surface_samples
 
 TILT = np.pi / 4
-"""A pad looks half way between where the finger points and where it closes to [rad]: it meets things with both."""
+"""Direction of a pad [rad]: half way between the directions in which the finger points and closes."""
 SIDE = np.pi / 3
-"""Skin whose normal is within this angle of the way that the pad looks is the pad's [rad]: what can meet things."""
+"""Skin belongs to the pad if its normal is within this angle of the pad's direction [rad]: it can touch objects."""
 DISTAL = 0.6
-"""How much of the finger's end is its pad, in widths of the end: the half of a ball that ends it, and a little more."""
+"""Length of the pad on the finger's end, in widths of the end: a hemisphere, and a little more."""
 MIN_PAD, BARE_PAD = 0.003, 0.008
 """Least radius of a pad, and that of a finger without meshes [m]: half of a human fingertip's width."""
 POINTS = 2000
@@ -28,7 +28,7 @@ POINTS = 2000
 
 @dataclass(frozen=True, eq=False)
 class Pad:
-    """A sphere in the frame of a finger's last joint, and how far the skin is off it."""
+    """A sphere in the frame of a finger's last joint, and its distances from the skin."""
 
     centre: Array  # (3,) [m]
     radius: float  # [m]
@@ -64,7 +64,7 @@ def pad(skeleton: Skeleton, chain: Chain, end: End) -> Pad:
 
 
 def _width(skin: Array, end: End) -> float:
-    """The larger width [m] of a finger's end across where it points."""
+    """The larger width [m] of a finger's end, perpendicular to its direction."""
     axes = np.stack([end.closing, np.cross(end.along, end.closing)])
     far = skin @ end.along
     distal = skin[far >= (far.min() + far.max()) / 2]

@@ -1,4 +1,4 @@
-"""The pairs of spheres to check for self-collision: few that find most of the postures in which chains overlap."""
+"""The pairs of spheres to check for self-collision: few pairs that detect most postures with overlapping chains."""
 
 from dataclasses import dataclass
 
@@ -11,27 +11,27 @@ from sgnlp.hand.draft.body import Body
 POSTURES = 1500
 """Random postures, half spread over the limits and half around the reference."""
 NEAR = 0.2
-"""How far those around the reference are, in ranges of the joints."""
+"""Spread of those around the reference, in ranges of the joints."""
 DEPTH = 0.003
-"""Overlap [m] that counts: as much as spheres may leave bare."""
+"""Least overlap [m] that counts: as much as spheres may leave uncovered."""
 APART = 0.001
 """Least gap of a pair at the reference posture [m]."""
 ALWAYS = 0.3
-"""Spheres that overlap in a larger share of the postures are neighbours, whose links are made to meet."""
+"""Spheres that overlap in a larger share of the postures are neighbours, whose links touch by design."""
 MOST, SHARE = 36, 0.97
-"""Where the choice ends: so many pairs, or such a share of the postures found. Each pair is a row of the program."""
+"""Limits of the choice: number of pairs, or detected share of the postures. Each pair is a row of the program."""
 
 
 @dataclass(frozen=True)
 class Pairs:
-    """The pairs, as indices into the spheres of a body, and the share of the colliding postures that they find."""
+    """The pairs, as indices into the spheres of a body, and the share of the colliding postures that they detect."""
 
     pairs: tuple[tuple[int, int], ...]
     share: float
 
 
 def pairs(body: Body, reference: Array) -> Pairs:
-    """The pairs, the one that finds most first; none overlaps at the reference posture."""
+    """The pairs, the one that detects most first; none overlaps at the reference posture."""
     first, second = _across_chains(body)
     limits = body.radii[first] + body.radii[second]
     overlaps = np.array([_gap(body, first, second, q) for q in _postures(body, reference)]) < limits - DEPTH
@@ -65,7 +65,7 @@ def _postures(body: Body, reference: Array) -> Array:
 
 
 def _greedy(overlaps: BoolArray) -> tuple[list[int], float]:
-    """Columns that find most of the rows with an overlap, one after the other, and the share that they find."""
+    """Columns that detect most of the rows with an overlap, chosen one after the other, and the detected share."""
     left = overlaps[overlaps.any(axis=1)]
     chosen: list[int] = []
     total = len(left)

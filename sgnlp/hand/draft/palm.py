@@ -8,7 +8,7 @@ from sgnlp.hand.hand_file import MIN_FINGERS
 def palm(skeleton: Skeleton) -> str:
     """The name of the only link that can be a palm.
 
-    A chain is named by its last joint; a joint that mimics another moves.
+    A chain is identified by its last joint; mimic joints count as moving.
 
     Raises:
         InputError: there is none, or several, as on a humanoid with two hands.

@@ -1,4 +1,4 @@
-"""Where a hand's file says that its description lies."""
+"""The reference to the description in a hand's file."""
 
 import os
 from pathlib import Path
@@ -7,7 +7,7 @@ from sgnlp.hand.description.source import packaged
 
 
 def source(file: Path, folder: Path) -> dict[str, str] | str:
-    """The package that carries a description and the path in it; the path from the hand's folder if none does."""
+    """The package of a description and the path in it; without a package the path from the hand's folder."""
     file = Path(os.path.abspath(file))
     for above in reversed(file.parents):
         path = file.relative_to(above).as_posix()

@@ -1,10 +1,10 @@
-"""The relaxed posture: the one in which the pads stand around a ball in front of the palm best.
+"""The relaxed posture: the one in which the pads best surround a ball in front of the palm.
 
-With a_i the centres of the pads, r_i their radii and w_i where they look, and a ball of radius R about s, the joints q,
-s and R minimise a sum of squares. The pads stand off the ball, |a_i - s| = R + r_i + gap. They look at it, w_i = -e_i
-with e_i = (a_i - s) / |a_i - s|, and move to it as the fingers close. The thumb t opposes the others,
-e_t = -Σ e_i / |Σ e_i|. Other spheres are outside of the ball, pads apart, joints near the middle of their ranges, and
-the ball nearly as large as is asked.
+Let a_i be the centres of the pads, r_i their radii, w_i their directions, and R the radius of a ball about s. The
+joints q, s and R minimise a sum of squares. The pads keep a gap to the ball, |a_i - s| = R + r_i + gap. They face it,
+w_i = -e_i with e_i = (a_i - s) / |a_i - s|, and move towards it as the fingers close. The thumb t opposes the others,
+e_t = -Σ e_i / |Σ e_i|. Other spheres are outside the ball, pads apart, joints near the middle of their ranges, and the
+ball nearly as large as wanted.
 """
 
 from collections.abc import Iterator
@@ -21,24 +21,25 @@ from sgnlp.hand.placements import Chain as Placements
 from sgnlp.hand.placements import constant, placements
 
 BALL = 0.25
-"""Radius of the ball that is asked for, in lengths of a finger: 34 mm for an Allegro hand, an orange."""
+"""Wanted radius of the ball, in lengths of a finger: 34 mm for an Allegro hand, an orange."""
 SMALLEST, LEAST, LARGEST = 0.01, 0.025, 0.04
-"""Least radius of the ball, and bounds of what is asked for [m]: hands are made for objects of 5 to 8 cm."""
+"""Least radius of the ball, and bounds of the wanted radius [m]: hands are made for objects of 5 to 8 cm."""
 SMALLER = 0.01
-"""By how much [m] a ball is smaller that weighs as much as a `LENGTH`: the hand may not open wider."""
+"""A ball smaller than wanted by this [m] costs as much as an error of `LENGTH`: a hand may not open wider."""
 GAP = 0.1
-"""Between ball and pads, in lengths of a finger: the Allegro's relaxed posture leaves 15 mm."""
+"""Gap between ball and pads, in lengths of a finger: 15 mm in the Allegro's relaxed posture."""
 LENGTH = 0.005
-"""A distance [m] that weighs as much as a pad that looks half a radian off, or a thumb a quarter."""
+"""A distance [m] that costs as much as a pad half a radian off its direction, or a thumb a quarter."""
 LOOK, CLOSE, OPPOSE, MIDDLE = 0.5, 1.5, 2.0, 0.3
-"""Weights: 1 / rad where pads look, where a finger of one joint moves as it closes, for the thumb, and for half a range
-off its middle. One of two joints can move in a plane, one of three anywhere: its way of closing weighs less."""
+"""Weights: [1/rad] of the pads' directions, of the closing direction of a finger with one joint, and of the thumb; and
+of half a range off the middle. A finger with two joints can move in a plane, one with three anywhere: its closing
+direction has a smaller weight."""
 ROOM = 0.1
-"""How far the joints stay from their limits, in ranges."""
+"""Least distance of the joints from their limits, in ranges."""
 BENT, DRAWS = (0.15, 0.3, 0.45), 2
-"""How far closed the hand is at the starts of the search, in ranges, and starts beside these, drawn at random."""
+"""Closing of the hand at the starts of the search, in ranges, and the number of additional random starts."""
 TOLERANCE, STEPS = 1e-3, 50
-"""Where a search ends: at a relative decrease, or after so many steps."""
+"""End of a search: a relative decrease, or a number of steps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +54,7 @@ class Reference:
 
 
 def reference(body: Body) -> Reference:
-    """The best of several searches. Where no chain is named the thumb, each is tried as one."""
+    """The best of several searches. If no chain is named thumb, each is tried as the thumb."""
     named = [i for i, chain in enumerate(body.chains) if chain.name == "thumb"]
     found = [one for thumb in named or range(len(body.chains)) for one in _searches(body, thumb)]
     return min(found, key=lambda one: one.cost)
@@ -91,7 +92,7 @@ def _starts(body: Body) -> list[Array]:
 
 
 def _closing(body: Body) -> Array:
-    """The velocity (n,) of the joints when the hand closes: 1 or -1, or 0 of those that spread."""
+    """The velocity (n,) of the joints when the hand closes: 1 or -1, or 0 for spreading joints."""
     model = body.skeleton.model
     own = [joint for joint in range(1, model.njoints) if model.joints[joint].nq]
     return np.array([float(sense(body.skeleton, joint)) for joint in own])
@@ -111,10 +112,10 @@ class _Misses:
 
 
 def _misses(body: Body, thumb: int, asked: float) -> _Misses:
-    """What is to be made small, for one finger as the thumb and the radius [m] that is asked for."""
+    """The residuals to minimise, for one finger as the thumb and the wanted radius [m]."""
     model, m = body.skeleton.model, len(body.chains)
     q, s, radius = ca.SX.sym("q", model.nq), ca.SX.sym("s", 3), ca.SX.sym("radius")
-    chain = placements(model, q, "model walk")  # of a hand that is new, there is no compiled one
+    chain = placements(model, q, "model walk")  # a new hand has no compiled functions
     centres = [_place(chain, joint, ball.centre) for joint, ball in body.balls]
     gap = GAP * finger_length(body)
     closing = _closing(body)
@@ -144,10 +145,10 @@ def _place(chain: Placements, joint: int, point: Array) -> ca.SX:
 
 
 def _unit(vector: ca.SX) -> ca.SX:
-    """A vector over its length, which is kept off zero by a nanometre."""
+    """A vector over its length, which is bounded below by a nanometre."""
     return vector / ca.sqrt(ca.sumsqr(vector) + 1e-18)
 
 
 def _short(distance: ca.SX, least: ca.SX | float) -> ca.SX:
-    """By how much a distance [m] is less than it must be."""
+    """The amount by which a distance [m] is too small."""
     return ca.fmax(least - distance, 0)

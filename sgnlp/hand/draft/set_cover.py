@@ -1,10 +1,10 @@
-"""The cheapest sets that cover all points together: of the cover's integer program a solution that is near the best.
+"""The cheapest sets that together cover all points: a nearly optimal solution of the set cover's integer program.
 
-The program is made small first, by what follows from the rest. Then a search goes from one cover to a cheaper one: it
-takes a set out, and while points are bare, exchanges one set for another that covers a bare point. Points that are bare
-often weigh more, and what was exchanged last stays for a step (Gao, Weise and Li, 2015). The search begins with the
-greedy cover and needs a few of its steps; integer programs with as many equal solutions as a box has take a solver a
-thousand times as long to come to the same number.
+First the program is reduced by removing redundant rows and columns. Then a local search finds cheaper covers: it
+removes a set, and while points are uncovered, it exchanges one set for another that covers an uncovered point. Points
+that are uncovered often get more weight, and the last exchange is kept for a step (Gao, Weise and Li, 2015). The search
+begins with the greedy cover and needs few steps. An integer programming solver takes a thousand times as long for the
+same number, because a shape like a box has many equal solutions.
 """
 
 import numpy as np
@@ -12,15 +12,15 @@ import numpy as np
 from sgnlp.base.arrays import Array, BoolArray, IntArray
 
 STEPS = 200
-"""Of the search. With five times as many, the hands that come with the package have as many spheres."""
+"""Steps of the search. With five times as many, the package's hands get the same numbers of spheres."""
 CHEAPER = 1e-9
-"""By how much the sum of the costs has to be less, so that rounding does not count."""
+"""Least decrease of the total cost that counts, above rounding."""
 
 
 def cheapest(covered: BoolArray, costs: Array) -> IntArray:
     """The columns of `covered` (K, C) that cover all K rows together, at a small sum of their `costs` (C,).
 
-    Each row is covered by a column at least.
+    Each row must be covered by at least one column.
     """
     rows, columns = _needed(covered, costs)
     choice = _Choice(rows, costs[columns])
@@ -37,8 +37,8 @@ def cheapest(covered: BoolArray, costs: Array) -> IntArray:
 def _needed(rows: BoolArray, costs: Array) -> tuple[BoolArray, IntArray]:
     """The rows and columns without which the program has the same least cost: a tenth of them, often less.
 
-    A row follows from another whose columns all cover it too. A column is useless beside another, no dearer, that
-    covers all that it covers. What one leaves out makes more of the other kind useless, so both go on in turn.
+    A row is redundant if all columns of another row cover it too. A column is redundant if another column costs no more
+    and covers all its rows. Each removal can make others redundant, so both alternate.
     """
     columns = np.arange(len(costs))
     packed = np.unique(np.packbits(rows, axis=1), axis=0)
@@ -52,18 +52,18 @@ def _needed(rows: BoolArray, costs: Array) -> tuple[BoolArray, IntArray]:
 
 
 def _least(sets: BoolArray, costs: Array) -> BoolArray:
-    """Which of the sets (N, M) hold no other set that is no dearer; of equal ones, the first."""
-    members = sets.astype(np.float32)  # products of these count exactly, and fast
-    worse = (members @ members.T >= members.sum(axis=1)) & (costs[:, None] >= costs)  # [i, j]: set i holds set j
+    """Which of the sets (N, M) contain no other set that costs no more; of equal ones, the first."""
+    members = sets.astype(np.float32)  # products of floats count exactly, and fast
+    worse = (members @ members.T >= members.sum(axis=1)) & (costs[:, None] >= costs)  # [i, j]: set i contains set j
     order = np.arange(len(sets))
     return ~(worse & (~worse.T | (order[:, None] > order))).any(axis=1)
 
 
 class _Choice:
-    """Some of the sets, and how often each point is in them."""
+    """A selection of the sets, and how often each point is in them."""
 
     def __init__(self, rows: BoolArray, costs: Array) -> None:
-        """The greedy cover: the set with most bare points for its cost, one after the other."""
+        """Begin with the greedy cover: one after the other, the set with most uncovered points for its cost."""
         self._sets = rows.T.astype(float)
         self._costs = costs
         self._weights = np.ones(len(rows))
@@ -75,12 +75,12 @@ class _Choice:
 
     @property
     def bare(self) -> BoolArray:
-        """Which points are in none (K,)."""
+        """Whether each point (K,) is uncovered."""
         return self._count == 0
 
     @property
     def cost(self) -> float:
-        """Of all sets together."""
+        """Total cost of the selection."""
         return float(self._costs[self._inside].sum())
 
     @property
@@ -89,12 +89,12 @@ class _Choice:
         return np.flatnonzero(self._inside)
 
     def drop(self, step: int) -> None:
-        """Leave out the set without which the least becomes bare for its cost; of equal ones, that of longest ago."""
+        """Remove the set with the least newly uncovered weight for its cost; of equal ones, the oldest."""
         loss = self._sets[self.chosen] @ (self._weights * (self._count == 1)) / self._costs[self.chosen]
         self._move(int(self.chosen[np.lexsort((self._moved[self.chosen], loss))[0]]), step)
 
     def exchange(self, step: int, bound: float, rng: np.random.Generator) -> bool:
-        """Leave out one more, and take sets that cover bare points while all cost less than `bound`."""
+        """Remove one more set, and add sets that cover uncovered points while the total cost is below `bound`."""
         if not self._inside.any():
             return False
         self.drop(step)
@@ -111,7 +111,7 @@ class _Choice:
         return True
 
     def _move(self, one: int, step: int) -> None:
-        """A set into the choice or out of it."""
+        """Add a set to the selection or remove it."""
         self._inside[one] = not self._inside[one]
         self._count += self._sets[one] if self._inside[one] else -self._sets[one]
         self._moved[one] = step

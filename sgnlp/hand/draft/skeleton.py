@@ -1,4 +1,4 @@
-"""A hand's tree of links and joints, and the skin of each link, before there is a hand's file."""
+"""A hand's tree of links and joints, and the skin of each link, before it has a file."""
 
 import functools
 from collections.abc import Iterator
@@ -14,11 +14,11 @@ from sgnlp.hand.meshes import link_meshes, link_places
 from sgnlp.perception.synthetic.meshes import Mesh
 
 SPACING = 0.002
-"""Of the points of the skin [m]: less than what spheres may leave bare."""
+"""Spacing of the points of the skin [m]: less than what spheres may leave uncovered."""
 MOST_POINTS = 20_000
-"""Of a mesh's faces; enough for 400 cm² of a palm."""
+"""Number of points on a mesh's faces; enough for 400 cm² of a palm."""
 MOST_STEPS = 200
-"""Along an edge; enough for 40 cm."""
+"""Number of points along an edge; enough for 40 cm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class Skeleton:
         return tuple(f.name for f in self.model.frames if f.parentJoint == joint and f.type == pin.FrameType.BODY)
 
     def above(self, joint: int) -> Iterator[int]:
-        """The frames of the links that a joint of the model hangs on, the nearest first."""
+        """The frames of the links above a joint of the model, the nearest first."""
         frame = self.model.getFrameId(self.model.names[joint], pin.FrameType.JOINT)
         while frame := self.model.frames[frame].parentFrame:
             if self.model.frames[frame].type == pin.FrameType.BODY:
@@ -67,7 +67,8 @@ class Skeleton:
         return [np.vstack(points) if points else np.zeros((0, 3)) for points in found]
 
     def range(self, joint: int) -> tuple[float, float]:
-        """The lower and upper limit [rad or m] of a joint of the model; one that mimics another has its share."""
+        """The lower and upper limit [rad or m] of a joint of the model; those of a mimic joint follow from its
+        leader."""
         i, moved = self.model.idx_qs[joint], self.model.joints[joint]
         low, high = float(self.model.lowerPositionLimit[i]), float(self.model.upperPositionLimit[i])
         if moved.nq == 0:
@@ -76,7 +77,7 @@ class Skeleton:
         return low, high
 
     def axis(self, joint: int) -> Array:
-        """The unit vector (3,) of a joint's motion in its own frame: about it, or along it if it slides."""
+        """The unit vector (3,) of a joint's axis in its own frame, of rotation or of translation."""
         model = self.model
         data = model.joints[joint].createData()
         model.joints[joint].calc(data, np.zeros(model.nq))

@@ -1,4 +1,4 @@
-"""What a link fills, from points on its meshes: meshes are often open, hollow, or made of many parts."""
+"""The volume of a link, from points on its meshes, which are often open, hollow, or made of many parts."""
 
 import numpy as np
 from scipy import ndimage
@@ -6,17 +6,17 @@ from scipy import ndimage
 from sgnlp.base.arrays import Array, BoolArray
 
 CELL = 0.0015
-"""Edge of the cells that a link is made of [m]: half of what spheres may leave uncovered."""
+"""Edge of a link's cells [m]: half of what spheres may leave uncovered."""
 CELLS = 120
 """Most cells along a link's longest side; a larger link has larger cells."""
 HOLLOW = 0.015
-"""Radius of a ball that must fit into a hollow for it to count as one [m]: objects to be grasped are larger."""
+"""A hollow counts as one if a ball of this radius fits into it [m]: grasped objects are larger."""
 WALLS = 5
-"""A cell with skin in so many of the six directions of the axes is inside: a shell may be open on one side."""
+"""A cell is inside if it has skin in at least this many of the six axis directions: a shell may be open on one side."""
 
 
 class Solid:
-    """The cells of a grid that a body fills, and how far any point is inside or outside of it."""
+    """The cells of a grid that a body fills, and the depth of any point in it."""
 
     def __init__(self, skin: Array) -> None:
         """Fill what `skin` (K, 3) [m] encloses."""
@@ -31,7 +31,7 @@ class Solid:
         self._depth = self.cell * (inside - outside - np.where(self.filled, 0.5, -0.5))
 
     def depth(self, points: Array) -> Array:
-        """How far (K,) [m] points (K, 3) are inside, within half a cell; negative outside."""
+        """Depth (K,) [m] of points (K, 3), exact to half a cell; negative outside."""
         return np.asarray(self._depth[tuple(np.clip(self._index(points), 0, np.array(self._depth.shape) - 1).T)])
 
     @property

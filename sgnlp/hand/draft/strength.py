@@ -1,4 +1,4 @@
-"""How strong the joints are, and how stiff the springs may be that they bear."""
+"""The efforts of the joints, and the stiffness of springs that they can hold."""
 
 from dataclasses import dataclass
 
@@ -10,13 +10,13 @@ from sgnlp.hand.draft.reference import finger_length
 from sgnlp.hand.findings import MAX_EFFORT
 
 FORCE = 5.0
-"""What a finger without a plausible effort is taken to press with [N], stretched: 0.7 N m at an Allegro's 14 cm."""
+"""Assumed force of a stretched finger without a plausible effort [N]: 0.7 N m at an Allegro's 14 cm."""
 LEAST, MOST = 2.0, FORCE
-"""Bounds of the force that gains follow from [N]: with less nothing is held, and a light object bears no more."""
+"""Bounds of the force that gains follow from [N]: less would hold nothing, and a light object tolerates no more."""
 INITIAL, LOWER, UPPER = 16.0, 8.0, 80.0
 """Gains over force [1/m]: 80, 40 and 400 N/m of the paper and of the release, at an Allegro's 5 N."""
 DIGITS = 10.0
-"""Gains are rounded to so many N/m."""
+"""Gains are rounded to multiples of this [N/m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,17 +24,17 @@ class Strength:
     """Efforts and gains of a hand."""
 
     effort: Array  # (n,) [N m or N]
-    told: BoolArray  # (n,) whether the description gives it
-    force: float  # [N] of the median finger, stretched
+    told: BoolArray  # (n,) whether it is from the description
+    force: float  # [N] force of the median finger, stretched
     lower: float  # [N/m]
     upper: float  # [N/m]
     initial: tuple[float, ...]  # (m,) [N/m]
 
 
 def strength(body: Body, thumb: int) -> Strength:
-    """The description's efforts where they are plausible, else a default; gains in proportion to the force at the tips.
+    """The description's efforts if they are plausible, else a default; gains in proportion to the force at the tips.
 
-    The thumb's spring is as stiff as those of two fingers, since it holds against all.
+    The thumb's spring is as stiff as those of two fingers, since it opposes all of them.
     """
     length = finger_length(body)
     given = np.array(body.skeleton.model.upperEffortLimit)

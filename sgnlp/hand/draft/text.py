@@ -1,4 +1,4 @@
-"""The text of a hand's file from a draft: each guess with a comment that says so, and the measure that it came from."""
+"""The text of a hand's file from a draft; each guess has a comment with the measurement behind it."""
 
 import json
 import os
@@ -24,7 +24,7 @@ METRES, ANGLES, DEGREES = 4, 3, 1
 """Decimals of lengths [m], joint angles [rad] and angles of the wrist [deg]."""
 KEYS = "Keys and units: urdf/README.md."
 WIDTH = 120
-"""Of a comment's lines."""
+"""Width of a comment's lines."""
 
 
 def text(draft: Draft, folder: Path) -> str:

@@ -1,4 +1,4 @@
-"""Where the wrist starts: how the palm is turned to the table, and the paper's seven poses for a hand of any shape."""
+"""The wrist starts: the turn of the palm to the table, and the paper's seven poses for a hand of any shape."""
 
 from dataclasses import dataclass
 
@@ -19,17 +19,17 @@ STARTS = (
     ((0.015, -0.036, -0.053), (0, 0, 90)),
     ((0.014, -0.012, -0.053), (0, 0, 135)),
 )
-"""The paper's table of initial wrist poses, as places of the grasp's middle [m] from the middle of the top face of the
-cloud's box, and intrinsic XYZ angles [deg]: for an Allegro hand it gives the table's own positions."""
+"""The paper's table of initial wrist poses, as positions of the grasp's middle [m] from the middle of the top face of
+the cloud's box, and intrinsic XYZ angles [deg]: for an Allegro hand they give the table's own positions."""
 
 
 @dataclass(frozen=True, eq=False)
 class Wrist:
-    """The turn of the root after which the fingers point along +x and the palm looks down, and the starts."""
+    """The turn of the root that makes the fingers point along +x and the palm face down, and the starts."""
 
     euler_deg: Array  # (3,) intrinsic XYZ
-    palm: Array  # (3,) where the palm looks, in the root's frame
-    fingers: Array  # (3,) where the fingers are from the thumb, in the root's frame
+    palm: Array  # (3,) direction of the palm, in the root's frame
+    fingers: Array  # (3,) direction from the thumb to the fingers, in the root's frame
     positions: Array  # (W, 3) [m]
     angles_deg: Array  # (W, 3) intrinsic XYZ
 
@@ -37,7 +37,8 @@ class Wrist:
 def wrist(body: Body, reference: Reference) -> Wrist:
     """The starts of a hand at its reference posture.
 
-    The fingers are away from the thumb. The palm looks from the fingers' bases to the ball, square to that.
+    The first direction goes from the thumb to the fingers. The palm's direction goes from the fingers' bases to the
+    ball, perpendicular to the first.
     """
     m = len(body.chains)
     pads = body.centres(reference.joints)[:m]
@@ -54,7 +55,7 @@ def wrist(body: Body, reference: Reference) -> Wrist:
 
 
 def bases(body: Body, joints: Array) -> Array:
-    """Where the first joint of each finger is (m, 3) [m], in the root's frame."""
+    """Position of the first joint of each finger (m, 3) [m], in the root's frame."""
     data = body.skeleton.model.createData()
     pin.forwardKinematics(body.skeleton.model, data, joints)
     return np.array([data.oMi[chain.joints[0]].translation for chain in body.chains])

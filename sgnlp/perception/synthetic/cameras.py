@@ -1,4 +1,4 @@
-"""Simulated depth cameras around a table: what a stereo depth camera measures of a body, with its errors."""
+"""Simulated stereo depth cameras around a table, with their measurement errors."""
 
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
@@ -29,21 +29,21 @@ class DepthCamera(Checked):
     field_of_view_deg: Annotated[float, (1.0, 170.0)] = 50.0
     """horizontal"""
     baseline: Positive = 0.055
-    """[m] between the two imagers"""
+    """[m] distance between the two imagers"""
     subpixel_error: NotNegative = 0.08
     """[px] deviation of the disparity, on a surface facing the camera"""
     depth_unit: Positive = 1e-4
-    """[m] depths are whole multiples of it"""
+    """[m] depths are whole multiples of this"""
     max_incidence_deg: Annotated[float, (1.0, 89.9)] = 80.0
     """surfaces seen at a more grazing angle return nothing"""
     dropout_share: Annotated[float, (0.0, 1.0)] = 0.03
-    """of square blocks of pixels that return nothing"""
+    """share of square blocks of pixels that return nothing"""
     dropout_block: Annotated[int, (1, 4096)] = 8
     """[px] side of such a block"""
     flying_jump: NotNegative = 0.01
     """[m] neighbouring pixels whose depths differ by more are at an edge"""
     flying_share: Annotated[float, (0.0, 1.0)] = 0.2
-    """of the body's pixels at an edge that measure a depth between the two sides"""
+    """share of the body's pixels at an edge that measure a depth between the two sides"""
     flying_reach: NotNegative = 0.03
     """[m] but no farther behind the body than this"""
 
@@ -54,7 +54,7 @@ class DepthCamera(Checked):
 
     @property
     def half_angle(self) -> float:
-        """[rad] Between the axis and the nearest edge of the image."""
+        """[rad] Angle between the axis and the nearest edge of the image."""
         return float(np.arctan(min(self.width, self.height) / 2 / self.focal_length))
 
     @property
@@ -70,7 +70,7 @@ class DepthCamera(Checked):
         return np.stack([x, y, np.ones_like(x)], axis=-1)
 
     def flying(self, depth: Array, rng: np.random.Generator) -> Array:
-        """Depths (height, width) [m] where some pixels at an edge mix the body in front with what is behind it."""
+        """Depths (height, width) [m] in which some pixels at an edge mix the body with its background."""
         padded = np.pad(depth, 1, mode="edge")
         sides = [padded[1:-1, :-2], padded[1:-1, 2:], padded[:-2, 1:-1], padded[2:, 1:-1]]
         behind = np.max(sides, axis=0)
@@ -79,9 +79,9 @@ class DepthCamera(Checked):
         return depth + gap * rng.random(depth.shape)
 
     def measured(self, depth: Array, cosine: Array, rng: np.random.Generator) -> Array:
-        """Depths (height, width) [m] as measured, NaN where nothing comes back.
+        """Measured depths (height, width) [m], NaN where nothing is returned.
 
-        `cosine` (height, width) is that of the angle of incidence: noise grows as 1 / cosine, because a tilted
+        `cosine` (height, width) is the cosine of the angle of incidence. Noise grows as 1 / cosine, because a tilted
         surface spreads over more disparities.
         """
         deviation = depth**2 * self.subpixel_error / (self.focal_length * self.baseline)
@@ -96,10 +96,10 @@ class DepthCamera(Checked):
 
 @dataclass(frozen=True, eq=False)
 class Image:
-    """What the rays of a camera meet, without any error."""
+    """What the rays of a camera meet, without measurement errors."""
 
     depth: Array  # (height, width) [m] of the body or the table, infinite beyond both
-    cosine: Array  # (height, width) of the angle of incidence
+    cosine: Array  # (height, width) cosine of the angle of incidence
     body: BoolArray  # (height, width) whether it is the body
 
 
@@ -115,7 +115,7 @@ def looking_at(position: Array, target: Array) -> Array:
 def image(mesh: Mesh, position: Array, directions: Array) -> Image:
     """What rays from a position (3,) along directions (height, width, 3) meet of a body on the table z = 0.
 
-    Depths are multiples of the directions. A face is seen from both sides, so an open mesh is a surface.
+    Depths are multiples of the directions. Faces are visible from both sides, so an open mesh is a surface.
     """
     origins = np.broadcast_to(position, directions.shape)
     rays = np.concatenate([origins, directions], axis=-1).astype(np.float32)
@@ -132,7 +132,7 @@ def image(mesh: Mesh, position: Array, directions: Array) -> Image:
 def view(mesh: Mesh, camera: DepthCamera, position: Array, target: Array, rng: np.random.Generator) -> Array:
     """The points (n, 3) [m] of a body on the table z = 0 that a camera measures, in the world.
 
-    The body's pixels are told from the table's without error, flying ones among them.
+    The body's pixels, also flying ones, are separated from the table's without error.
     """
     directions = camera.rays() @ looking_at(position, target).T  # their z in the camera is 1, so a multiple is a depth
     seen = image(mesh, position, directions)

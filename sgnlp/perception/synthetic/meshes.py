@@ -1,4 +1,4 @@
-"""Triangle meshes of solid bodies: where they lie, whether they are closed, what they enclose."""
+"""Triangle meshes of solid bodies: position, closedness, volume and centroid."""
 
 from dataclasses import dataclass
 
@@ -47,14 +47,14 @@ class Mesh:
 
     @property
     def flatness(self) -> float:
-        """Third over first singular value of the vertices about their mean: 0 of what lies in a plane."""
+        """Third over first singular value of the vertices about their mean: 0 if they lie in a plane."""
         spread = np.linalg.svd(self.vertices - self.vertices.mean(axis=0), compute_uv=False)  # descending
         return float(spread[2] / spread[0]) if len(spread) > 2 and spread[0] > 0 else 0.0
 
     def welded(self, gap: float = 0.0) -> "Mesh":
-        """The mesh with vertices made one that are equal, or joined by steps of `gap` [m] at most.
+        """The mesh with vertices merged that are equal, or joined by steps of at most `gap` [m].
 
-        Faces that lose a corner by it and vertices of no face are left out.
+        Faces that lose a corner and vertices without a face are removed.
         """
         merged, index = np.unique(self.vertices, axis=0, return_inverse=True)
         if gap > 0:
@@ -105,7 +105,7 @@ def unit_sphere(count: int) -> Mesh:
 
 
 def cylinder(radius: float, length: float, sides: int) -> Mesh:
-    """A prism of so many sides in a cylinder along z about the origin."""
+    """A prism with this many sides, inscribed in a cylinder along z about the origin."""
     angle = 2 * np.pi * np.arange(sides) / sides
     rim = np.stack([radius * np.cos(angle), radius * np.sin(angle), np.full(sides, length / 2)], axis=1)
     return hull(np.vstack([rim, rim * [1, 1, -1]]))

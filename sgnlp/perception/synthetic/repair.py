@@ -1,4 +1,4 @@
-"""The triangles of a file made one closed surface, where they nearly are: what is mended, and the notes that say so."""
+"""Repairs the triangles of a file to one closed surface, if they nearly are one, and notes what was repaired."""
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -7,14 +7,14 @@ from scipy.sparse.csgraph import connected_components
 from sgnlp.perception.synthetic.meshes import Mesh
 
 WELD = 1e-4
-"""Corners of an open mesh that are nearer than this share of its longest side are one: 6 µm of 60 mm, far below what a
-depth camera measures and far above single precision, which exporters write."""
+"""Corners of an open mesh nearer than this share of its longest side are merged: 6 µm of 60 mm, far below what a depth
+camera measures and far above single precision, which exporters write."""
 MOST_LOST = 0.01
-"""Share of the faces that welding may collapse: a mesh that is finer than `WELD` is left as it is."""
+"""Largest share of the faces that welding may collapse: a mesh finer than `WELD` is left unchanged."""
 
 
 def mended(mesh: Mesh) -> tuple[Mesh, list[str]]:
-    """A mesh closed as far as welding, leaving out double faces and turning some over can do it."""
+    """A mesh closed as far as possible by welding, removing double faces and flipping faces."""
     notes = []
     gap = WELD * float(np.ptp(mesh.vertices, axis=0).max())
     for better, note in (
@@ -30,7 +30,7 @@ def mended(mesh: Mesh) -> tuple[Mesh, list[str]]:
 
 
 def _without_doubles(mesh: Mesh) -> Mesh:
-    """Each face once; of two that lie back to back one stays, if that closes more than leaving out both."""
+    """Each face once. Of two faces back to back one stays if that closes more edges than removing both."""
     corners, first, index, count = np.unique(
         np.sort(mesh.faces, axis=1), axis=0, return_index=True, return_inverse=True, return_counts=True
     )
@@ -43,13 +43,13 @@ def _without_doubles(mesh: Mesh) -> Mesh:
 
 
 def _parity(face: list[int]) -> int:
-    """1 if the corners of a face rise in the order in which it turns, -1 if they fall."""
+    """Parity of a face's corner order: 1 if it is an even permutation of the sorted order, -1 if odd."""
     a, b, c = face
     return 1 if (a < b) + (b < c) + (c < a) == 2 else -1
 
 
 def _turned_alike(mesh: Mesh) -> Mesh:
-    """Faces turned over where they turn against their neighbours; most faces of each part stay as they were."""
+    """The mesh with faces flipped that turn against their neighbours; most faces of each part stay unchanged."""
     starts, ends = mesh.faces.ravel(), np.roll(mesh.faces, -1, axis=1).ravel()
     edge = np.minimum(starts, ends) * len(mesh.vertices) + np.maximum(starts, ends)
     order = np.argsort(edge, kind="stable")

@@ -1,4 +1,4 @@
-"""A body on a table seen by simulated depth cameras: the arrays of a problem file, made from a mesh."""
+"""Makes the arrays of a problem file from a mesh: a body on a table, seen by simulated depth cameras."""
 
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
@@ -19,36 +19,36 @@ from sgnlp.perception.synthetic.solids import united
 
 VIEWS = 3
 POINT_RESOLUTION = 1e-5
-"""[m] Of the stored points."""
+"""[m] Rounding of the stored points."""
 MESH_RESOLUTION = 1e-6
-"""[m] Of the stored mesh: coarser than the last bits, in which machines differ."""
+"""[m] Rounding of the stored mesh: coarser than the last bits, in which machines differ."""
 FAR = 1e4
 """Largest distance from the origin over the longest side: single precision keeps 1/800 of the side there."""
 
 
 @dataclass(frozen=True)
 class Ring(Checked):
-    """How the cameras stand around the table, evenly spaced, and what becomes of their clouds."""
+    """Cameras, evenly spaced around the table, and the treatment of their clouds."""
 
     section: ClassVar[str] = "ring"
     distance_min: Positive = 0.5
-    """[m] from the middle of the body; each camera's distance is drawn from here"""
+    """[m] least distance from the middle of the body; each camera's distance is drawn at random from this"""
     distance_max: Positive = 0.6
     """[m] to here"""
     elevation_min_deg: Annotated[float, (1.0, 89.0)] = 40.0
-    """above the horizon, drawn likewise"""
+    """least elevation above the horizon [deg], drawn likewise"""
     elevation_max_deg: Annotated[float, (1.0, 89.0)] = 50.0
     """its upper end"""
     azimuth_deg: float = -10.0
-    """of the first camera, from the x axis"""
+    """azimuth of the first camera from the x axis [deg]"""
     shift_min: NotNegative = 0.001
-    """[m] the calibration of each camera is off by at least this; between two, the errors add up"""
+    """[m] least calibration error of each camera; between two cameras the errors add up"""
     shift_max: NotNegative = 0.002
-    """[m] and at most this"""
+    """[m] largest calibration error"""
     turn_deg: NotNegative = 0.2
     """and turned by this"""
     crop: NotNegative = 0.003
-    """[m] measured points lower than this go with the table"""
+    """[m] measured points lower than this count as the table"""
     points: Annotated[int, (1, POSITIVE[1])] = 4000
     """most points of a view, drawn at random"""
 
@@ -72,11 +72,11 @@ RING, CAMERA = Ring(), DepthCamera()
 
 
 def body(vertices: ArrayLike, faces: ArrayLike, scale: float = 1.0) -> tuple[Mesh, list[str]]:
-    """The mesh of vertices (U, 3) times `scale` [m] and faces (F, 3) as a body, and a note on all that was assumed.
+    """The mesh of vertices (U, 3) times `scale` [m] and faces (F, 3) as a body, and notes on all that was assumed.
 
-    Equal vertices are made one; what is not closed is mended as far as `repair` can, what is closed becomes one
-    surface that faces outwards (`solids`). Raises `InputError` for what is no triangle mesh with some extent in all
-    directions, or holds a sheet beside the body.
+    Equal vertices are merged. An open mesh is closed as far as `repair` can; a closed one becomes one surface that
+    faces outwards (`solids`). Raises `InputError` if it is not a triangle mesh with extent in all directions, or if it
+    holds a sheet beside the body.
     """
     notes = [] if scale == 1.0 else [f"Multiplied all coordinates by {scale:g}."]
     mesh = _triangles(vertices, faces)
@@ -98,7 +98,8 @@ def body(vertices: ArrayLike, faces: ArrayLike, scale: float = 1.0) -> tuple[Mes
 
 
 def _triangles(vertices: ArrayLike, faces: ArrayLike) -> Mesh:
-    """The mesh, its faces of vertices that are there and finite, and not too far off for single precision."""
+    """The mesh, checked: its faces refer to existing, finite vertices that are not too far away for single
+    precision."""
     corners = clouds.floats(vertices, "mesh_vertices", (None, 3))
     triangles = clouds.integers(faces, "mesh_faces", (None, 3))
     outside = (triangles < 0) | (triangles >= len(corners))
@@ -120,7 +121,7 @@ def _triangles(vertices: ArrayLike, faces: ArrayLike) -> Mesh:
 
 
 def _check_sheets(mesh: Mesh) -> None:
-    """Refuse a flat part of an open mesh that is wider than all the rest: a floor or a table, not the body."""
+    """Refuse an open mesh with a flat part wider than all the rest: that is a floor or a table, not the body."""
     parts = mesh.parts()
     sheets = [part for part in parts if part.flatness < DEFAULTS.min_flatness]
     rest = [part.vertices for part in parts if not any(part is sheet for sheet in sheets)]
@@ -175,7 +176,7 @@ def scene(
 
 
 def _check_size(mesh: Mesh, ring: Ring, camera: DepthCamera) -> None:
-    """Refuse a body whose bounding sphere is not within the nearest camera's image, or that is no hand's size."""
+    """Refuse a body that does not fit into the nearest camera's image, or is too small for a hand."""
     sides = np.ptp(mesh.vertices, axis=0)
     widest = 2 * ring.distance_min * float(np.sin(camera.half_angle))
     if np.linalg.norm(sides) > widest:

@@ -1,4 +1,4 @@
-"""How a body comes to rest on a table when it is dropped, by MuJoCo."""
+"""Drops a body onto a table in MuJoCo and finds its resting orientation."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -16,16 +16,16 @@ from sgnlp.perception.synthetic.meshes import Mesh
 class Drop:
     """The physics of a drop.
 
-    The body touches the table with the corners of its convex hull, all of them: a body and a plane touch nowhere
-    else. MuJoCo's contact of a mesh with a plane takes four at a time, on which a round rim rocks for ever.
+    The body touches the table with all corners of its convex hull, the only points that can touch a plane. MuJoCo's own
+    contact of a mesh with a plane uses four at a time, on which a round rim would rock forever.
     """
 
-    height: float = 0.005  # [m] of the lowest point above the table at the beginning
+    height: float = 0.005  # [m] initial height of the lowest point above the table
     friction: float = 0.5  # of the table
     torsion: float = 0.005  # [m] friction torque about the normal over the normal force
-    rolling: float = 0.0005  # [m] the same about the tangents: what stops a round body
+    rolling: float = 0.0005  # [m] the same about the tangents, which stops a round body
     timestep: float = 0.002  # [s]
-    stiffness: float = 0.004  # [s] time constant of a contact, two steps at least: it gives way by some 0.02 mm
+    stiffness: float = 0.004  # [s] time constant of a contact, at least two steps: it gives way by about 0.02 mm
     speed: float = 5e-4  # [m/s] a body slower than this
     spin: float = 5e-3  # [rad/s] and this
     quiet: float = 0.25  # [s] for so long is at rest
@@ -44,10 +44,10 @@ def random_orientation(rng: np.random.Generator) -> Array:
 
 
 def settled(mesh: Mesh, quaternion: ArrayLike, drop: Drop = DROP) -> Array | None:
-    """The orientation in which a body comes to rest that is dropped in another; None if it does not within the time.
+    """The resting orientation of a body that is dropped in another one; None if it does not come to rest in time.
 
-    Both are unit quaternions (4,), xyzw. The body is uniform; where its mesh is not watertight its convex hull is
-    taken for its volume. Raises `InputError` if MuJoCo is not installed, or the mesh is no solid.
+    Both are unit quaternions (4,), xyzw. The body is uniform; if its mesh is not watertight, its convex hull is used
+    as its volume. Raises `InputError` if MuJoCo is not installed, or the mesh is not a solid.
     """
     try:
         import mujoco

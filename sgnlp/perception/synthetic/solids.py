@@ -1,4 +1,4 @@
-"""The bodies in one closed mesh: which lie in others, which are turned inside out, and the union of all."""
+"""The bodies in one closed mesh: which are inside others, which are inside out, and the union of all."""
 
 from itertools import combinations
 from typing import Any
@@ -10,22 +10,22 @@ from sgnlp.perception.synthetic.meshes import Mesh
 from sgnlp.perception.synthetic.truth import signed_distance
 
 TOUCH = 1e-4
-"""Share of a body's longest side by which the corners of one inside it may reach out: as what is welded."""
+"""The corners of a body inside another may protrude by this share of the outer one's longest side, as in welding."""
 OVERLAP = 1e-6
-"""Share of the bodies' volume that they must have in common at least to be united: beyond rounding."""
+"""Bodies are united if they share at least this part of their volume, which is more than rounding."""
 SHOWN = 3
-"""How many bodies are listed with their sizes."""
+"""Largest number of bodies that are listed with their sizes."""
 WORDS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six"}
 FLATNESS, WIDTH = 0.1, 2.0
-"""A body below all others that is thinner than this share of its width, and so many times as wide as they are together,
-looks like a table."""
+"""The lowest body looks like a table if it is thinner than this share of its width, and this many times as wide as all
+others together."""
 
 
 def united(mesh: Mesh) -> tuple[Mesh, list[str]]:
-    """A closed mesh as the surface of what its parts fill, turned outwards, none of its volume counted twice.
+    """The surface of the union of a closed mesh's parts, facing outwards, so that no volume counts twice.
 
-    A part that turns the other way than the one around it is a cavity of that one; all others are bodies. Raises
-    `InputError` if bodies overlap that cannot be united.
+    A part with the opposite orientation to the part around it is a cavity; all others are bodies. Raises `InputError`
+    if overlapping bodies cannot be united.
     """
     pieces = mesh.parts()
     around = _around(pieces)
@@ -34,7 +34,7 @@ def united(mesh: Mesh) -> tuple[Mesh, list[str]]:
     notes = ["The faces turned inwards; they were turned over."] if any(over) else []
     bodies = {i: [piece] for i, piece in enumerate(pieces) if piece.volume > 0}
     for i, piece in enumerate(pieces):
-        if piece.volume <= 0:  # a cavity: only what lies in another can be left so
+        if piece.volume <= 0:  # a cavity: only a part inside another can be one
             bodies[around[i]].append(piece)
     solids = [_joined(shells) for shells in bodies.values()]
     if len(solids) == 1:
@@ -76,13 +76,13 @@ def _joined(meshes: list[Mesh]) -> Mesh:
 
 
 def _may_overlap(solids: list[Mesh]) -> bool:
-    """Whether the boxes of two bodies have room in common."""
+    """Whether the bounding boxes of two bodies overlap."""
     boxes = [(solid.vertices.min(axis=0), solid.vertices.max(axis=0)) for solid in solids]
     return any((a[0] < b[1]).all() and (b[0] < a[1]).all() for a, b in combinations(boxes, 2))
 
 
 def _union(solids: list[Mesh]) -> Mesh:
-    """What the bodies fill, by Manifold."""
+    """The union of the bodies, by Manifold."""
     import manifold3d
 
     def solid(mesh: Mesh) -> Any:

@@ -1,6 +1,6 @@
-"""The true surface of an object, where a problem brings it along as a mesh: signed distances and samples.
+"""The true surface of an object, if a problem has it as a mesh: signed distances and samples.
 
-Open3D measures, imported here alone and only when a distance is asked for.
+Open3D computes the distances. It is imported only when one is needed.
 """
 
 from typing import Any
@@ -11,7 +11,7 @@ from sgnlp.base.arrays import Array
 from sgnlp.perception.synthetic.meshes import Mesh
 
 CAST_RAYS = 5
-"""Rays that vote whether a point is inside: one can slip through an edge between two triangles."""
+"""Number of rays that vote whether a point is inside: a single ray can pass through an edge between two triangles."""
 
 
 def signed_distance(mesh: Mesh, points: Array) -> Array:

@@ -1,6 +1,6 @@
-"""What to be wary of before a plan is trusted: each caution computed from the result, with its threshold and why.
+"""Cautions: reasons to doubt a plan, each computed from the result, with its threshold and the reason for it.
 
-A caution returns a sentence, or "" where there is no reason for one.
+A caution is a function that returns a sentence, or "" if there is no reason for doubt.
 """
 
 from collections.abc import Callable
@@ -36,17 +36,17 @@ OF_PLANS: tuple[OfPlan, ...] = (
     plans.foreign_mount,
 )
 REMARKS: tuple[OfCloud, ...] = (clouds.one_view, clouds.table_assumed)
-"""True of so many clouds that only a report says them."""
+"""Remarks that hold for so many clouds that only a report shows them."""
 
 
 def cautions(result: Planned) -> list[str]:
-    """Every sentence there is reason for; of a plan without grasps, those of its cloud."""
+    """The sentences of all cautions that apply; for a plan without grasps, only those of its cloud."""
     of_plan = [caution(result) for caution in (OF_PLANS if len(result.grasps) else ())]
     return [said for said in (*_of_cloud(OF_CLOUDS, result), *of_plan) if said]
 
 
 def remarks(result: Planned) -> list[str]:
-    """What a report says before them."""
+    """The remarks that a report shows before the cautions."""
     missing = f"The surface and the cautions that need the cloud are left out: {result.missing}."
     said = (missing if result.missing else "", *_of_cloud(REMARKS, result), plans.close_runner_up(result))
     return [sentence for sentence in said if sentence]

@@ -1,6 +1,6 @@
-"""What to be wary of in a cloud: each function gives a sentence, or "" where there is no reason for one.
+"""Cautions about a cloud: each function gives a sentence, or "" if there is no reason for one.
 
-One body on a table gives none.
+A cloud of one body on a table gives none.
 """
 
 from typing import Any
@@ -16,35 +16,36 @@ from sgnlp.planning.cautions.planned import Planned
 from sgnlp.surface.hull import cameras_of
 
 GAP, BODY_SHARE = 0.02, 0.03
-"""Groups of points that are farther apart than this [m] and hold this share are bodies: occlusion parts the cloud of
-one body by less, on the problem set and on real clouds."""
+"""Groups of points farther apart than this [m], with at least this share of the points, are separate bodies. Occlusion
+splits the cloud of one body by smaller gaps, on the problem set and on real clouds."""
 PLANE_THICKNESS, PLANE_MARGIN = 0.004, 0.01
-"""Points within this of a plane are on it, twice the noise of a depth camera; feet are this far inside its edge [m]."""
+"""Points within the first distance of a plane lie on it (twice a depth camera's noise); feet are at least the second
+distance inside its edge [m]."""
 PLANE_INSIDE, PLANE_RATIO = 0.95, 1.5
-"""A table or wall has nearly all of the rest inside its outline, which is so many times wider: on the wings of a toy
-plane, the nearest to it of good clouds, it is 0.92."""
+"""A table or wall has at least this share of the other points inside its outline, which is this many times as wide. The
+closest good cloud is that of the toy plane's wings, with a share of 0.92."""
 TABLE_NEAR = 0.02
 """A level plane within this of the table's height is the table [m]."""
 CAMERA_ANGLE, CAMERA_BULGE, CAMERA_DISTANCE = 35.0, 0.5, 0.15
-"""In a camera's own frame the cloud is within half a field of view [deg] of ±z, no nearer than cameras see [m], and
-bulges towards the origin."""
+"""A cloud in a camera's own frame lies within half a field of view [deg] of ±z, no nearer than cameras measure [m], and
+bulges towards the origin with this correlation."""
 TOP_SEEN, UNDERSIDE_SEEN = 0.6, 0.9
-"""From above a table more than this of the top is seen or less than that of the underside: the nearest of good clouds,
-a toy plane, has 0.47 and 0.82."""
+"""Cameras above a table see more than the first share of the top, or less than the second of the underside. The closest
+good cloud, a toy plane, has 0.47 and 0.82."""
 TABLE_GAP = 0.03
-"""A cloud that begins higher than this above its table [m] hides as much as a fingertip needs."""
+"""A cloud that begins higher than this above its table [m] leaves a gap as large as a fingertip."""
 STEP = 0.002
-"""Coordinates rounded to more than this [m] are as far off as a contact may be that counts as one."""
+"""Coordinates rounded to steps above this [m] are as inexact as the tolerance of a contact."""
 UNSEEN_ERROR_MM = 10
-"""By how much the surface is too near where one camera does not see it (`results/calibration`)."""
+"""How much too near the cameras the surface is on the side that one camera does not see (`results/calibration`)."""
 WALL_NOISES = 2.0
-"""Walls thinner than this many deviations of a measured point cannot be told from one surface."""
+"""Walls thinner than this many deviations of a measured point cannot be distinguished from a single surface."""
 WALL_SHARE = 0.1
 """Share of the points that must lie on such walls: edges and corners of solid bodies have up to 3 %, a cup 35 %."""
 WALL_POINTS, WALL_NEIGHBOURS = 500, 60
-"""Points that are looked at, and neighbours that give the normal of one."""
+"""Number of points that are examined, and of neighbours that give a point's normal."""
 OPPOSITE = -0.8
-"""Cosine between the normals of the two sides of a wall, at most."""
+"""Largest cosine between the normals of the two sides of a wall."""
 
 
 def bodies(cloud: Observation, result: Planned) -> str:
@@ -68,7 +69,7 @@ def plane(cloud: Observation, result: Planned) -> str:
 
 
 def _part(cloud: Observation) -> str:
-    """How one object is taken out of a cloud."""
+    """How to take one object out of a cloud."""
     return f"take one object out of it by `sgnlp cloud {cloud.source or 'FILE'}`"
 
 
@@ -142,13 +143,13 @@ def table_assumed(cloud: Observation, result: Planned) -> str:
 
 
 def cameras(cloud: Observation, result: Planned) -> str:
-    """Cameras that cannot have stood where they are said to; those of a surface with free space were found to have."""
+    """Cameras that cannot have stood at their given positions; with free space the fit has checked them already."""
     why = "" if result.grasps.meta.get("free_space") else doubt(cameras_of(cloud))
     return f"The camera positions are wrong: {why}. What the cameras saw through is not used." if why else ""
 
 
 def thin_walls(cloud: Observation, result: Planned) -> str:
-    """Two sides of a wall are nearer than their noise lets them be told apart."""
+    """The two sides of a wall are closer together than the noise allows to distinguish."""
     thickness = WALL_NOISES * float(_fitted(result)["surface_noise"])
     share = wall_share(cloud, thickness)
     thin = f"{share:.0%} of the points lie on walls thinner than {1e3 * thickness:.0f} mm, twice the noise of a point"
@@ -156,7 +157,7 @@ def thin_walls(cloud: Observation, result: Planned) -> str:
 
 
 def _fitted(result: Planned) -> dict[str, Any]:
-    """The settings of the set that the surface was fitted to."""
+    """The settings of the training set of the surface."""
     meta = result.grasps.meta
     found: dict[str, Any] = meta["settings"]["free_space" if meta.get("free_space") else "gpis"]
     return found

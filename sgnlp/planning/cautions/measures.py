@@ -1,4 +1,4 @@
-"""What a cloud looks like in numbers: bodies, planes, from where it was seen. Each of a few hundred of its points."""
+"""Measures of a cloud: bodies, planes, the sides it was seen from. Each uses a few hundred of its points."""
 
 from dataclasses import dataclass
 
@@ -11,28 +11,28 @@ from sgnlp.base.arrays import Array
 from sgnlp.perception.sampling import grid_sample
 
 SAMPLE = 1000
-"""Points that are looked at, spread evenly by a grid: a few milliseconds' worth."""
+"""Number of points that are examined, spread evenly by a grid; that takes a few milliseconds."""
 PLANE_NEIGHBOURS = 25
-"""Neighbours that give the plane through a point."""
+"""Number of neighbours that give the plane through a point."""
 PLANE_CANDIDATES = 100
-"""Points whose planes are tried."""
+"""Number of points whose planes are tried."""
 GRID = 12
-"""Cells a side of the grid over a cloud's outline."""
+"""Cells on each side of the grid over a cloud's outline."""
 LEVEL = 1e-9
 """Faces of a hull whose normal's z is less than this are upright."""
 THICK = 0.5
-"""A body's middle is where its hull is thicker than this share of its height: its rim is seen from either side."""
+"""A body's middle is where its hull is thicker than this share of its height; its rim is visible from both sides."""
 NEAR_HULL = 0.125
-"""A point is at the hull within this share of the body's height, or within a cell."""
+"""A point counts as on the hull within this share of the body's height, or within a cell."""
 
 
 def sample(points: Array) -> Array:
-    """At most `SAMPLE` of the points (N, 3), evenly."""
+    """At most `SAMPLE` of the points (N, 3), evenly spread."""
     return points[grid_sample(points, SAMPLE)]
 
 
 def body_shares(points: Array, gap: float) -> Array:
-    """Shares, the largest first, of the points (n, 3) in each group that a `gap` [m] parts from the others."""
+    """Shares of the points (n, 3) in each group that a `gap` [m] separates from the others, the largest first."""
     pairs = cKDTree(points).query_pairs(gap, output_type="ndarray")
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points),) * 2)
     _, label = connected_components(graph, directed=False)
@@ -43,8 +43,8 @@ def body_shares(points: Array, gap: float) -> Array:
 class Plane:
     """The plane that holds most of a cloud's points, and how the rest stand on it.
 
-    `share` of all points are on it. `inside` is the share of the rest whose feet are within its outline, a margin from
-    its edge, and `ratio` the area of its outline over that of those feet.
+    `share` is that of the points on it. `inside` is the share of the other points whose feet are within its outline, by
+    a margin, and `ratio` is the area of its outline over that of these feet.
     """
 
     share: float
@@ -70,7 +70,7 @@ def largest_plane(points: Array, thickness: float, margin: float) -> Plane:
     _, axes = np.linalg.eigh(np.cov(points[on].T))
     on = np.abs((points - points[on].mean(axis=0)) @ axes[:, 0]) < thickness
     flat = (points - points[on].mean(axis=0)) @ axes[:, 1:]
-    below = flat[on] - 2 * margin * axes[2, 1:]  # a wall goes on below the table
+    below = flat[on] - 2 * margin * axes[2, 1:]  # a wall continues below the table
     inside, ratio = _standing(flat[on], below, flat[~on], margin)
     return Plane(float(on.mean()), inside, ratio, axes[:, 0], float(points[on, 2].mean()))
 
@@ -78,7 +78,7 @@ def largest_plane(points: Array, thickness: float, margin: float) -> Plane:
 def _standing(plane: Array, below: Array, rest: Array, margin: float) -> tuple[float, float]:
     """Share of the feet (k, 2) of the rest inside the outline of a plane's points (l, 2), and the ratio of areas.
 
-    The outline that they are inside of is also that of the points' copies `below` (l, 2).
+    The outline for `inside` includes the points' copies `below` (l, 2).
     """
     if len(rest) < 4:
         return 0.0, 1.0
@@ -92,9 +92,9 @@ def _standing(plane: Array, below: Array, rest: Array, margin: float) -> tuple[f
 
 
 def bulge(points: Array) -> float:
-    """Correlation of the distances of points (n, 3) from the origin with the angle off their middle.
+    """Correlation of the distances of points (n, 3) from the origin with the angle from their mean direction.
 
-    Near 1 the cloud bulges towards the origin, as to the camera that saw it.
+    Near 1 the cloud bulges towards the origin, as towards the camera that saw it.
     """
     distance = np.linalg.norm(points, axis=1)
     middle = points.mean(axis=0)
@@ -103,7 +103,7 @@ def bulge(points: Array) -> float:
 
 
 def seen_sides(points: Array) -> tuple[float, float]:
-    """Shares of a body's middle, looked at along z, where points (n, 3) lie at its upper and at its lower hull."""
+    """Shares of a body's middle, seen along z, in which points (n, 3) lie on its upper and on its lower hull."""
     try:
         hull = ConvexHull(points).equations
     except QhullError:  # flat
@@ -126,9 +126,9 @@ def seen_sides(points: Array) -> tuple[float, float]:
 
 
 def outside(points: Array, queries: Array) -> Array:
-    """How far (Q,) [m] queries (Q, 3) are outside the convex hull of points (N, 3), below 0 inside.
+    """Distance (Q,) [m] of queries (Q, 3) from the convex hull of points (N, 3), negative inside.
 
-    The largest of the distances to the planes of its faces: less than the true one beyond edges and corners.
+    It is the largest distance to the planes of the hull's faces, less than the true one beyond edges and corners.
     """
     hull = ConvexHull(points).equations
     return np.asarray((queries @ hull[:, :3].T + hull[:, 3]).max(axis=1))

@@ -1,4 +1,4 @@
-"""What cautions are taken from: a plan's grasps, with cloud and problem where they are known."""
+"""The input of cautions: a plan's grasps, with cloud and problem if they are known."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from sgnlp.planning.problem import Problem
 
 @dataclass(frozen=True, eq=False)
 class Planned:
-    """A plan's grasps, best first; where its cloud is missing or has changed, `missing` says so in the place of it."""
+    """A plan's grasps, best first; if its cloud is missing or has changed, `missing` says why."""
 
     grasps: Grasps
     hand: Hand

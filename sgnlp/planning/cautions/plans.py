@@ -1,4 +1,4 @@
-"""What to be wary of in a plan's grasps: each function gives a sentence, or "" where there is no reason for one."""
+"""Cautions about a plan's grasps: each function gives a sentence, or "" if there is no reason for one."""
 
 from collections import Counter
 
@@ -18,28 +18,29 @@ FEASIBLE_SHARE = 0.5
 """Least share of the starts that end feasible: 95 % do on the problem set (`results/feasible`), so fewer than half is
 unusual."""
 NAMED = 3
-"""Constraints that are named where starts fail."""
+"""Largest number of constraints that are named if starts fail."""
 WORDS = {"way": "links clear on the way to the contacts", "joint_limits": "joints within their limits"}
-"""Checks that are no constraints, in words."""
+"""Checks that are not constraints, in words."""
 UNSEEN = 0.04
-"""Contacts farther than this from every measured point [m] are guesses: seen ones are within 14 mm, and three quarters
-of the plans of the problem set from two cameras have none farther than this."""
+"""Contacts farther than this from every measured point [m] are guesses: those on seen sides are within 14 mm, and three
+quarters of the problem set's plans from two cameras have none farther away."""
 BESIDE, TARGET_BESIDE = 0.03, 0.0
-"""Contacts and targets farther than this outside the hull of the cloud and its copy on the table are beside it [m]: an
-unseen side bulges by less, and targets lie inside."""
+"""Contacts and targets farther than this outside the hull of the cloud and its copy on the table count as beside the
+object [m]: an unseen side bulges by less, and targets lie inside."""
 CALIBRATION = {"thin_plate": 0.43}
-"""For the kernel, fitted to the cloud alone, the factor on σ_d with which its intervals hold on the problem set. With
-free space they hold as they are (`results/calibration`)."""
+"""Factor on σ_d by kernel, fitted to the cloud alone, with which its intervals hold on the problem set. With free space
+they hold without a factor (`results/calibration`)."""
 TRAVEL_SHARE, AT_BOUND = 0.5, 0.99
-"""Of the wrist's allowed travel: from half on the start was no guess at this grasp; from the other on it is stopped."""
+"""Shares of the wrist's allowed travel: above the first the start was no guess at this grasp; above the second the
+bound stops the wrist."""
 CLOSE = 0.01
-"""Difference of margins that ranks nothing: a degree of the angle between a force and the edge of its cone."""
+"""Difference of margins too small to rank by: about one degree between a force and the edge of its cone."""
 SAME = 2e-3
-"""Grasps whose contacts agree to this are the same [m]: a contact counts as one within it."""
+"""Grasps whose contacts agree to this are the same [m]; it is the tolerance of a contact."""
 
 
 def alike(contacts: Array) -> list[int]:
-    """For each of the grasps with contacts (G, m, 3) [m], best first, the rank of the first that is the same."""
+    """For each grasp with contacts (G, m, 3) [m], best first, the rank of the first grasp that is the same."""
     firsts: list[int] = []
     for rank, p in enumerate(contacts):
         near = (r for r in dict.fromkeys(firsts) if np.linalg.norm(contacts[r] - p, axis=1).max() <= SAME)
@@ -48,7 +49,7 @@ def alike(contacts: Array) -> list[int]:
 
 
 def no_feasible(result: Planned) -> str:
-    """No start ended feasible, or few did."""
+    """No start is feasible, or few are."""
     count, all_ = int(result.grasps.feasible.sum()), _tried(result)
     if count == 0:
         return f"No start ended feasible: do not carry out what is shown, the least bad grasp.{_obstacles(result)}"
@@ -62,7 +63,7 @@ def _tried(result: Planned) -> int:
 
 
 def _obstacles(result: Planned) -> str:
-    """What most of the starts that are not feasible fail at, in the words of the constraints."""
+    """The constraints that most infeasible starts violate, in words."""
     failed = Counter(name for text in result.grasps.violated for name in str(text).split("; ") if name)
     about = WORDS | {c.name: c.about for c in (result.problem.constraints if result.problem else ()) if c.about}
     most = [f"{about.get(name, name)} ({name}, {count})" for name, count in failed.most_common(NAMED)]
@@ -70,9 +71,9 @@ def _obstacles(result: Planned) -> str:
 
 
 def stopped(result: Planned) -> str:
-    """Starts that gave nothing."""
+    """Starts without a solution."""
     lost = _tried(result) - len(result.grasps)
-    return f"{lost} of the starts gave nothing: the table of starts says why." if lost else ""
+    return f"{lost} of the starts gave no solution: the table of starts says why." if lost else ""
 
 
 def unsolved(result: Planned) -> str:
@@ -121,9 +122,9 @@ def torques(result: Planned) -> str:
 
 
 def uncertain_contacts(result: Planned) -> str:
-    """Contacts that may come a fingertip's radius early or late."""
+    """Contacts that may occur a fingertip's radius early or late."""
     radius = np.array([finger.radius for finger in result.hand.fingers])
-    meta = result.grasps.meta  # of another kernel there is no factor
+    meta = result.grasps.meta  # no factor is known for other kernels
     factor = 1.0 if meta.get("free_space") else CALIBRATION.get(str(meta.get("kernel")), 0.0)
     deviation = factor * result.grasps.contact_deviation[0]
     found = _fingers(result, deviation > radius, 1e3 * deviation, "mm")
@@ -133,7 +134,7 @@ def uncertain_contacts(result: Planned) -> str:
 
 
 def far_start(result: Planned) -> str:
-    """The wrist went far from its start, or as far as it may."""
+    """The wrist moved far from its start, or to the bound of its travel."""
     if result.problem is None:
         return ""
     meta, g = result.grasps.meta, result.grasps
@@ -148,7 +149,7 @@ def far_start(result: Planned) -> str:
 
 
 def foreign_mount(result: Planned) -> str:
-    """The arm's file says where hands are screwed to it, but not this one."""
+    """The arm's file has mounts for other hands, but none for this one."""
     arm, name = result.hand.arm, result.hand.name
     if arm is None or len(arm.mounts) == 1 or name in arm.mounts:
         return ""

@@ -1,12 +1,12 @@
-"""How near the hand comes to the object, to what stands around it and to itself, at every sample of a motion.
+"""Clearances of the hand from the object, from obstacles and from itself, at every sample of a motion.
 
 The distance of a point x to the object is that of the surface model where the model is valid, within its ball. Outside
 it, with x' the nearest point of the ball, |x - y|² ≥ |x - x'|² + |x' - y|² for every y of a convex body, so that
 
     d(x) ≥ √(|x - x'|² + max(d(x'), 0)²)
 
-The object ends within `UNSEEN` of the box of its points. Farther than `NEAR` from there this bound counts alone: what
-comes no nearer is clear, and most of a hand is there most of the time.
+The object is assumed to end within `UNSEEN` of the box of its points. Farther than `NEAR` from there only this cheap
+bound is used: such spheres are clear, and most spheres are there most of the time.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,11 +29,11 @@ from sgnlp.surface.gpis import Gpis
 from sgnlp.surface.shape_field import ShapeField
 
 INSIDE = 1 - 1e-9
-"""Share of the ball's radius that counts as inside it: beyond, rounding may be outside."""
+"""Share of the ball's radius that counts as inside, to allow for rounding."""
 NEAR = 0.04
-"""[m] Spheres of a hand have radii of 1 to 3 cm."""
+"""[m] Larger than the spheres of a hand, whose radii are 1 to 3 cm."""
 CHUNK = 2048
-"""Points whose distance to the surface is taken at a time."""
+"""Number of points whose distance to the surface is computed at a time."""
 ORIGIN = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 
 
@@ -48,13 +48,13 @@ class Samples:
     names: tuple[str, ...]  # (S,)
 
     def of(self, chosen: Sequence[int]) -> "Samples":
-        """Those of some spheres alone."""
+        """The samples of some of the spheres."""
         i = list(chosen)
         return Samples(self.name, self.times, self.centres[:, i], self.radii[i], tuple(self.names[j] for j in i))
 
 
 def samples(hand: Hand, name: str, times: Array, wrist: Array, joints: Array, arm_joints: Array) -> Samples:
-    """The hand's spheres at wrist poses (K, 7) and joints (K, n), and then those of its arm at joints (K, a)."""
+    """The hand's spheres at wrist poses (K, 7) and joints (K, n), followed by those of its arm at joints (K, a)."""
     postures, which = np.unique(joints, axis=0, return_inverse=True)
     local = np.array([frames(hand, ORIGIN, q)[1] for q in postures])[which.ravel()]
     roots = [pin.XYZQUATToSE3(pose) for pose in wrist]
@@ -67,7 +67,7 @@ def samples(hand: Hand, name: str, times: Array, wrist: Array, joints: Array, ar
 
 
 def moving(hand: Hand) -> list[int]:
-    """Which spheres of `samples` can come to the table: all of the hand, and those of its arm that are free to."""
+    """Indices of the spheres of `samples` that can reach the table: all of the hand, and the moving ones of its arm."""
     found, arm = list(range(len(hand.spheres))), hand.arm
     return found if arm is None else [*found, *(len(found) + i for i in arm.free_spheres)]
 
@@ -89,12 +89,12 @@ def to_obstacles(samples: Samples, field: ShapeField, margin: float) -> Check:
 
 
 def to_table(samples: Samples, height: float, margins: Array) -> Check:
-    """Spheres over the table at a height [m], by `margins` (S,) [m]."""
+    """Spheres clear of the table at this height [m], by `margins` (S,) [m]."""
     return _check(samples, "table", samples.centres[:, :, 2] - height, margins)
 
 
 def to_itself(hand: Hand, samples: Samples) -> Check:
-    """The pairs of the hand, those of its arm, and the whole hand and the arm's far spheres clear of each other."""
+    """Pairs of spheres clear of each other: within the hand, within its arm, and the hand to the arm's far spheres."""
     first, arm, pairs = len(hand.spheres), hand.arm, list(hand.pairs)
     if arm is not None:
         pairs += [(first + a, first + b) for a, b in arm.pairs]
@@ -107,7 +107,7 @@ def to_itself(hand: Hand, samples: Samples) -> Check:
 
 
 def load_to_obstacles(name: str, times: Array, points: Array, rises: Array, field: ShapeField) -> Check:
-    """Measured points (N, 3) of the object, risen by `rises` (K,) [m], clear of obstacles."""
+    """Measured points (N, 3) of the object, lifted by `rises` (K,) [m], clear of obstacles."""
     up = np.array([0.0, 0.0, 1.0])
     clear = np.array([field.distance(points + rise * up).min(initial=inf) for rise in rises])[:, None]
     carried = Samples(name, times, np.zeros((len(times), 1, 3)), np.zeros(1), ("the object",))
@@ -115,7 +115,7 @@ def load_to_obstacles(name: str, times: Array, points: Array, rises: Array, fiel
 
 
 def surface_distance(gpis: Gpis, box: Array, points: Array) -> Array:
-    """The distance (K,) [m] of points (K, 3) to the object, or a bound from below where it is far."""
+    """The distance (K,) [m] of points (K, 3) to the object, or a lower bound if they are far away."""
     found = np.linalg.norm(np.maximum(np.maximum(box[0] - points, points - box[1]), 0.0), axis=1) - UNSEEN
     near = np.flatnonzero(found < NEAR)
     for part in np.split(near, range(CHUNK, len(near), CHUNK)):
@@ -124,7 +124,7 @@ def surface_distance(gpis: Gpis, box: Array, points: Array) -> Array:
 
 
 def _modelled(gpis: Gpis, points: Array) -> Array:
-    """What the surface model says of points (K, 3): the distance inside its ball, the bound outside."""
+    """Distances (K,) of points (K, 3) by the surface model: the distance inside its ball, the bound outside."""
     away = points - gpis.centre
     share = np.minimum(1.0, INSIDE * gpis.radius / np.maximum(np.linalg.norm(away, axis=1), np.finfo(float).tiny))
     inside = gpis.centre + away * share[:, None]
@@ -135,7 +135,7 @@ def _modelled(gpis: Gpis, points: Array) -> Array:
 def _check(
     samples: Samples, what: str, distances: Array, margins: Array, nearest: Callable[[int, int], str] | None = None
 ) -> Check:
-    """The worst of distances (K, S) [m] of sphere centres, against the margins (S,) [m] of their surfaces."""
+    """The check of the worst of distances (K, S) [m] of sphere centres, with margins (S,) [m] for their surfaces."""
     name, clear = f"{samples.name}{BETWEEN}{what}", distances - samples.radii
     value, margin, where = inf, 0.0, ""
     if clear.size:

@@ -19,11 +19,11 @@ from sgnlp.program.constraint import Check
 
 ARRAYS = tuple(f.name for f in fields(Trajectory) if f.name not in ("checks", "meta"))
 _DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
-"""LibYAML's, which takes a tenth of the time, where PyYAML was built with it."""
+"""LibYAML's dumper, which takes a tenth of the time, if PyYAML was built with it."""
 
 
 def contents(made: Trajectory, grasps: Grasps) -> dict[str, bytes]:
-    """What the files of a motion hold, by name."""
+    """The contents of a motion's files, by name."""
     arrays = {name: getattr(made, name) for name in ARRAYS}
     told: dict[str, Any] = {"checks": [asdict(check) for check in made.checks], "meta": made.meta}
     found = (
@@ -54,7 +54,7 @@ def _trajectory(data: Mapping[str, Any]) -> Trajectory:
 
 
 def _json(made: Trajectory) -> str:
-    """The same arrays as JSON, one a line."""
+    """The same arrays as JSON, one on each line."""
     lists = {name: getattr(made, name).tolist() for name in ARRAYS} | {"velocities": made.velocities.tolist()}
     values = lists | {"checks": [asdict(check) for check in made.checks], "meta": made.meta}
     lines = [

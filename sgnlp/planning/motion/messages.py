@@ -1,4 +1,4 @@
-"""A motion as ROS 2 messages: plain values with every field of the message, in its order.
+"""A motion as ROS 2 messages: plain values with every field of the message, in the message's order.
 
 trajectory_msgs/JointTrajectory, moveit_msgs/Grasp and geometry_msgs/PoseStamped. Joints are those of the arm, if there
 is one, and then those of the hand. The wrist is the hand's root link.
@@ -34,7 +34,7 @@ def pregrasp(made: Trajectory) -> dict[str, Any]:
 
 
 def grasp(made: Trajectory, grasps: Grasps) -> dict[str, Any]:
-    """moveit_msgs/Grasp: approach by the stand-off, retreat by the lift, and after placing back as it came."""
+    """moveit_msgs/Grasp: approach from the stand-off, retreat by the lift, and after placing along the approach."""
     rank = int(made.meta["rank"])
     confidence = float(grasps.confidence[rank])
     end = made.last(APPROACH)
@@ -76,7 +76,7 @@ def _posture(made: Trajectory, joints: Array, effort: Array) -> dict[str, Any]:
 
 
 def _translation(made: Trajectory, way: Array) -> dict[str, Any]:
-    """A moveit_msgs/GripperTranslation along a way (3,) [m]; all of it was checked, so all of it is to be gone."""
+    """A moveit_msgs/GripperTranslation along a way (3,) [m]; all of it was checked, so its whole length is required."""
     length = float(np.linalg.norm(way))
     x, y, z = (way / length).tolist()
     direction = {"header": _header(made), "vector": {"x": x, "y": y, "z": z}}

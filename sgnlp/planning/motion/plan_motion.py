@@ -14,13 +14,13 @@ from sgnlp.program.constraint import LENGTH, Check
 from sgnlp.program.tolerances import CLEARANCE
 
 FULL = 1.0
-"""Share of a joint's velocity limit that no step of the arm may ask for: a larger one is a jump."""
+"""Largest share of a joint's velocity limit that a step of the arm may need; more is a jump."""
 
 
 def trajectory(problem: Problem, grasps: Grasps, points: Array, rank: int = 0) -> Trajectory:
-    """The motion of the grasp of a rank among what the problem has around the object, with its checks.
+    """The motion of the grasp of this rank, with checks against the object and the problem's surroundings.
 
-    `points` (N, 3) [m] are those measured of the object: they are kept clear of obstacles on the lift.
+    `points` (N, 3) [m] are the measured points of the object. On the lift they are kept clear of obstacles.
     """
     made = way(problem.hand, problem.settings.motion, problem.settings.closing, grasps, rank)
     load = points @ grasps.rotation_eq[rank].T + grasps.translation_eq[rank]
@@ -42,7 +42,7 @@ def trajectory(problem: Problem, grasps: Grasps, points: Array, rank: int = 0) -
 
 
 def _clear(problem: Problem, made: Way, touch: Array, load: Array) -> tuple[Check, ...]:
-    """Nothing is hit. In the squeeze and the lift the fingers are where they touch: it is setpoints that go on."""
+    """Checks that nothing is hit. In squeeze and lift the fingers stay where they touch; only the setpoints move on."""
     hand, limits, near = problem.hand, problem.settings.limits, problem.fields.near
     free = clearances.moving(hand)
     links = [i for i in free if i not in hand.tip_spheres]
@@ -66,7 +66,7 @@ def _clear(problem: Problem, made: Way, touch: Array, load: Array) -> tuple[Chec
 
 
 def _followed(problem: Problem, made: Way) -> tuple[Check, ...]:
-    """The arm follows the path without a jump."""
+    """Checks that the arm follows the path without a jump."""
     arm, found = problem.hand.arm, []
     for name in (APPROACH, LIFT) if arm is not None else ():
         assert arm is not None

@@ -1,4 +1,4 @@
-"""A trajectory: what wrist, joints and springs are to do at each sample, and what the checks of it found."""
+"""A trajectory: setpoints of wrist, joints and springs at each sample, and the results of its checks."""
 
 from dataclasses import dataclass
 from math import inf
@@ -13,7 +13,7 @@ from sgnlp.program.constraint import Check
 APPROACH, CLOSE, SQUEEZE, LIFT = PHASES = ("approach", "close", "squeeze", "lift")
 """The phases in their order. A sample where two meet belongs to the earlier one."""
 BETWEEN = ": "
-"""Between the phase and what is to be clear, in the name of a check."""
+"""Separates phase and subject in the name of a check."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class Trajectory:
     joints: Array  # (T, n) [rad], setpoints under position control
     arm: Array  # (T, a) [rad]
     setpoints: Array  # (T, m, 3) [m], where the springs of the fingertips end, under impedance control
-    gains: Array  # (m,) [N/m], of these springs
+    gains: Array  # (m,) [N/m], stiffness of these springs
     joint_names: NDArray[np.str_]  # (n,)
     arm_joint_names: NDArray[np.str_]  # (a,)
     finger_names: NDArray[np.str_]  # (m,)
@@ -43,12 +43,13 @@ class Trajectory:
 
     @property
     def seconds(self) -> float:
-        """How long it lasts [s]."""
+        """Duration of the whole motion [s]."""
         return float(self.times[-1])
 
     @property
     def velocities(self) -> Array:
-        """Of the arm's joints and then the hand's, (T, a + n) [rad/s]: central differences, 0 where a phase ends."""
+        """Velocities of the arm's joints, then the hand's, (T, a + n) [rad/s]: central differences, 0 at ends of
+        phases."""
         positions = np.hstack([self.arm, self.joints])
         found = np.gradient(positions, self.times, axis=0)
         found[self.ends] = 0.0
@@ -56,19 +57,19 @@ class Trajectory:
 
     @property
     def ends(self) -> NDArray[np.int64]:
-        """The first sample, and the last of each phase."""
+        """Indices of the first sample, and of the last sample of each phase."""
         return np.array([0, *(self.last(phase) for phase in PHASES)])
 
     def last(self, phase: str) -> int:
-        """The last sample of a phase."""
+        """Index of the last sample of a phase."""
         return int(np.flatnonzero(self.phase == phase)[-1])
 
     def phase_seconds(self) -> dict[str, float]:
-        """How long each phase lasts [s]."""
+        """Duration of each phase [s]."""
         return dict(zip(PHASES, np.diff(self.times[self.ends]).tolist(), strict=True))
 
     def told(self) -> list[str]:
-        """In words: how long it takes, how near it comes to what, and what blocks it."""
+        """Lines of text: the durations, the least clearances, and what blocks the motion."""
         spans = ", ".join(f"{name} {span:.1f}" for name, span in self.phase_seconds().items())
         least: dict[str, Check] = {}
         for check in (check for check in self.checks if check.lower > -inf):

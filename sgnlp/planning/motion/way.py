@@ -2,11 +2,11 @@
 
     approach   wrist from x - l R a straight to the pregrasp x, fingers at the pregrasp: a palm's direction, l stand-off
     close      wrist still, fingers from the pregrasp to first contact, setpoints of the springs from tips to contacts
-    squeeze    setpoints on to where they press: joints to `joints_squeeze`, springs to the targets
+    squeeze    setpoints move on until they press: joints to `joints_squeeze`, springs to the targets
     lift       all setpoints up by the height of the lift
 
-The share 1 - c of its way to the target that a finger goes until it touches is the close's share of `closing.seconds`,
-the largest of the fingers'; the squeeze has the rest. Each phase goes from rest to rest (`timing`).
+A finger touches after the share 1 - c of its way to the target. The largest 1 - c of the fingers is the close's share
+of `closing.seconds`; the squeeze has the rest. Each phase goes from rest to rest (`timing`).
 """
 
 from dataclasses import dataclass
@@ -27,12 +27,12 @@ from sgnlp.planning.motion.trajectory import APPROACH, CLOSE, LIFT, PHASES, SQUE
 
 UP = np.array([0.0, 0.0, 1.0])
 GRID = 11
-"""Poses of a path, both ends among them, at which it is seen how fast the arm has to move."""
+"""Number of poses on a path, with both ends, at which the arm's speed is computed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Way:
-    """T samples; `off` (T,) [m] is how far the arm's wrist is off the path, 0 without an arm."""
+    """T samples; `off` (T,) [m] is the distance of the arm's wrist from the path, 0 without an arm."""
 
     times: Array
     phase: NDArray[np.str_]
@@ -44,7 +44,7 @@ class Way:
 
 
 class _Corner(NamedTuple):
-    """Where a phase begins or ends: wrist (7,), joints (n,), setpoints (m, 3)."""
+    """The beginning or end of a phase: wrist (7,), joints (n,), setpoints (m, 3)."""
 
     wrist: Array
     joints: Array
@@ -88,13 +88,13 @@ def _moved(wrist: Array, by: Array) -> Array:
 
 
 def _between(low: Array, high: Array, s: Array) -> Array:
-    """low + s (high - low), exactly `high` at s = 1 and the same throughout where both are the same."""
+    """low + s (high - low), exactly `high` at s = 1, and constant where both are equal."""
     s = s.reshape(-1, *(1,) * low.ndim)
     return np.where(low == high, low, (1 - s) * low + s * high)
 
 
 def _closing_seconds(hand: Hand, motion: Motion, closing: Closing, grasps: Grasps, rank: int) -> tuple[float, float]:
-    """How long the close and the squeeze last [s]."""
+    """Durations of the close and the squeeze [s]."""
     whole, share = closing.seconds, float(1 - grasps.c[rank].min())
     limits = motion.speed_share * stated(np.array(hand.model.velocityLimit))
     touch = grasps.joints_contact[rank]
@@ -103,7 +103,7 @@ def _closing_seconds(hand: Hand, motion: Motion, closing: Closing, grasps: Grasp
 
 
 def _path_seconds(arm: Arm | None, motion: Motion, planned: Array, pregrasp: Array, end: Array) -> float:
-    """How long the wrist takes between its pose (7,) at the pregrasp and one that is not turned."""
+    """Duration of the wrist's way between its pose (7,) at the pregrasp and another with the same rotation [s]."""
     least = seconds(np.array([np.linalg.norm((end - pregrasp)[:3])]), np.array([motion.speed]))
     if arm is None:
         return least
@@ -114,7 +114,7 @@ def _path_seconds(arm: Arm | None, motion: Motion, planned: Array, pregrasp: Arr
 def _carried(arm: Arm | None, planned: Array, phase: str, wrists: Array) -> tuple[Array, Array]:
     """The arm's joints (K, a) and errors (K,) for wrist poses (K, 7), from the pregrasp on, where they are as planned.
 
-    The approach is followed from its end.
+    The approach is followed backwards from its end.
     """
     if arm is None or phase in (CLOSE, SQUEEZE):
         return np.repeat(planned[None], len(wrists), axis=0), np.zeros(len(wrists))

@@ -1,7 +1,7 @@
-"""Solvers of nonlinear programs. Each file of one has its rows of the table, which is put together here.
+"""Solvers of nonlinear programs. Each solver's file has its rows of the table, which is assembled here.
 
-The same objects serve `sgnlp.solve(solver=...)`, `sgnlp solve --solver NAME` and `sgnlp compare`. One of your own needs
-no row: it is a `sgnlp.planning.solvers.solver.Solver` with a `solve`.
+The same objects serve `sgnlp.solve(solver=...)`, `sgnlp solve --solver NAME` and `sgnlp compare`. A solver of your own
+needs no row: it is a subclass of `sgnlp.Solver` with a `solve`.
 """
 
 from sgnlp.base import settings
@@ -18,12 +18,12 @@ SOLVERS: dict[str, Entry] = {
 
 
 def solver_named(name: str) -> Solver:
-    """The solver of a name; raises `InputError` with the valid ones."""
+    """The solver of this name; raises `InputError` with the valid names."""
     if name not in SOLVERS:
         raise unknown("solver", name, SOLVERS)
     return SOLVERS[name].solver
 
 
 def settled(solver: Solver | str | None, chosen: settings.Solver) -> Solver:
-    """A solver, or that of a name, or Ipopt, with options of the settings where it has none of its own."""
+    """The given solver (an object, a name, or None for Ipopt); options that it leaves open come from the settings."""
     return (solver_named(solver) if isinstance(solver, str) else solver or ipopt.Ipopt()).settled(chosen)

@@ -1,7 +1,7 @@
-"""Functions that CasADi may differentiate: for solvers that make their derivatives themselves.
+"""Functions that CasADi can differentiate, for CasADi solvers that build their derivatives themselves.
 
-The functions of an oracle end in a callback, which CasADi cannot differentiate. Here (f, g) is one function whose
-Jacobian and whose reverse derivative are given, and the Jacobian of that, the Hessian, too; nothing is left to find.
+The functions of an oracle end in a callback, which CasADi cannot differentiate. Here (f, g) is one function with a
+given Jacobian and reverse derivative, whose own Jacobian, the Hessian, is given too. CasADi has nothing left to derive.
 """
 
 import casadi as ca
@@ -9,9 +9,9 @@ import casadi as ca
 from sgnlp.program.oracle import Functions
 
 OWN = {"never_inline": True, "enable_forward": False, "enable_fd": False}
-"""Derivatives are taken from what is given and from nowhere else."""
+"""CasADi options: use only the given derivatives."""
 REVERSE_ONCE = 1.5
-"""One reverse direction is cheaper by the reverse derivative, two by the Jacobian: this is between them, over rows."""
+"""CasADi's weight (over the rows) that makes it use the reverse derivative for one direction, the Jacobian for two."""
 
 
 def differentiable(functions: Functions) -> dict[str, ca.MX]:
@@ -40,7 +40,7 @@ def _jacobian(functions: Functions, x: ca.MX, p: ca.MX, rows: int) -> ca.Functio
 
 
 def _reverse(functions: Functions, x: ca.MX, p: ca.MX, rows: int) -> ca.Function:
-    """(x, p, fg, λ) → ∇(λᵀ fg), with H(λ) as its derivative by x; nobody needs another."""
+    """(x, p, fg, λ) → ∇(λᵀ fg), with H(λ) as its derivative by x; no other is needed."""
     n, m = x.numel(), p.numel()
     fg, lam = ca.MX.sym("out_fg", rows), ca.MX.sym("adj_fg", rows)
     ends = [ca.MX.sym("out_adj_x", n), ca.MX.sym("out_adj_p", m)]

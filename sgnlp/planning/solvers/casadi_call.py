@@ -1,4 +1,4 @@
-"""Solvers that CasADi calls, and what their statistics say."""
+"""Solvers that are called through CasADi, and their statistics."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -22,21 +22,21 @@ ASKED = {
     "nlp_hess_l": ("hess",),
     "fwd1_nlp_grad_l": ("hess",),
 }
-"""CasADi's names of what a solver asks for; the last is a product with a Hessian, for which it is worked out."""
+"""CasADi's names of the functions that a solver calls; the last is a Hessian product, computed from the Hessian."""
 SAID = ("unified_return_status", "return_status")
-"""Where a solver's statistics tell how it ended; the last that says something counts."""
+"""Keys of a solver's statistics with its status; the last one that is present counts."""
 TIMES = "t_wall_nlp_"
-"""How its names of the times of the functions begin."""
+"""Prefix of the functions' times in the statistics."""
 
 _built: WeakKeyDictionary[Functions, dict[tuple[Any, ...], ca.Function]] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True)
 class CasadiSolver(Solver):
-    """A solver of CasADi. It is built once for the same functions: a process solves many starts with it."""
+    """A solver of CasADi. It is built once for the same functions, so that a process solves many starts with it."""
 
     def solve(self, nlp: NlpInstance, x: Array) -> Answer:
-        """CasADi's solver over exact derivatives."""
+        """Solve with exact derivatives."""
         return called(self._nlpsol(nlp), nlp, x)
 
     def prepare(self, nlp: NlpInstance) -> None:
@@ -44,7 +44,7 @@ class CasadiSolver(Solver):
         self._nlpsol(nlp)
 
     def build(self, nlp: NlpInstance) -> ca.Function:
-        """CasADi's solver. It depends on the functions of a program, its tolerance and its iterations alone."""
+        """CasADi's solver. It depends only on the program's functions, tolerance and iteration limit."""
         raise NotImplementedError
 
     def _nlpsol(self, nlp: NlpInstance, anew: bool = False) -> ca.Function:
@@ -73,7 +73,7 @@ def called(solver: ca.Function, nlp: NlpInstance, x: Array) -> Answer:
 
 
 def calls(stats: dict[str, Any]) -> dict[str, int]:
-    """How often a solver asked for each function; several of them share what they are made of."""
+    """Number of a solver's calls of each function; CasADi's functions may share work."""
     counts = dict.fromkeys(CALLS.values(), 0)
     for name, parts in ASKED.items():
         for part in parts:

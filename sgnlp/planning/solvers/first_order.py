@@ -1,9 +1,8 @@
-"""RMSProp and AdamW: what the paper and its release run, on the same smoothed energy and within the same bounds.
+"""RMSProp and AdamW, the optimisers of the paper and of its release, on the same smoothed energy and bounds.
 
-The paper names RMSProp without rates, the release runs 200 steps of AdamW with those of `RATES`; both have these rates
-here. They see the bounds of the variables, by projection, and know neither multipliers nor rows. So the answer is the
-lowest point on the way that meets the rows, or the lowest of all if none does, and a program whose rows are more than
-bounds on a point is refused.
+The paper names RMSProp without rates; the release runs 200 steps of AdamW with `RATES`, which both use here. Bounds of
+the variables are kept by projection. Multipliers and rows are not used. So the answer is the lowest point on the way
+that satisfies the rows, or the lowest of all if none does. A program with equality rows is refused.
 """
 
 from collections.abc import Callable
@@ -28,16 +27,16 @@ ROW_SLACK = 1e-6
 EPSILON = 1e-8
 """Guard of the division by the root of the second moment."""
 STEPS = (200, 1000)
-"""The release's steps, and five times as many."""
+"""Number of steps: the release's, and five times as many."""
 
 Step = Callable[[int, Array, Array], Array]
 
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """Lowest smoothed energy on the way (in the solver's unit), where, and the energy at every step.
+    """Lowest smoothed energy on the way (in the solver's unit), its point, and the energy at every step.
 
-    `admissible` is the lowest among the points that meet the rows, at `x_admissible`; infinite if none does.
+    `admissible` is the lowest energy of the points that satisfy the rows, at `x_admissible`; infinite if none does.
     """
 
     best: float
@@ -49,7 +48,7 @@ class Descent:
 
 @dataclass(frozen=True)
 class FirstOrder(Solver):
-    """An optimiser of `OPTIMISERS` for so many steps."""
+    """An optimiser of `OPTIMISERS` for a number of steps."""
 
     optimiser: str = "adamw"
     steps: int = STEPS[0]
@@ -60,10 +59,10 @@ class FirstOrder(Solver):
         return f"{self.optimiser}-{self.steps}"
 
     def solve(self, nlp: NlpInstance, x: Array) -> Answer:
-        """Take the steps, or as many as the program's iterations."""
+        """Take the steps, at most the program's iteration limit."""
         low, high = nlp.g_bounds
         if (low == high).any():
-            raise Refusal(f"{self.name} knows no equality rows; the penalty formulation has none")
+            raise Refusal(f"{self.name} cannot handle equality rows; the penalty formulation has none")
         if not np.isfinite(nlp.rates).all():
             raise Refusal(f"{self.name} has no rates for some of the variables")
         count = min(self.steps, nlp.iterations)

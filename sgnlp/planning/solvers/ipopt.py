@@ -10,10 +10,10 @@ from sgnlp.planning.solvers.casadi_call import CasadiSolver
 from sgnlp.planning.solvers.solver import Entry, NlpInstance
 
 OF_SETTINGS = ("tolerance", "linear_solver", "mu_strategy", "mu_init", "barrier_tolerance")
-"""Options that the settings have too."""
+"""Options that are also settings."""
 WARM_MU = 1e-4
-"""The barrier of a warm start: the last of a cold one is 1e-7, the first 0.1. Slacks are pushed no farther from bounds
-than it moves them."""
+"""Barrier parameter of a warm start (a cold start goes from 0.1 to 1e-7). Slacks are pushed from their bounds no
+farther than this barrier moves them."""
 WARM = {
     "ipopt.warm_start_init_point": "yes",
     "ipopt.mu_init": WARM_MU,
@@ -27,7 +27,10 @@ WARM = {
 
 @dataclass(frozen=True)
 class Ipopt(CasadiSolver):
-    """With the exact Hessian, or with the limited-memory one for comparison. An option of None is the settings'."""
+    """Ipopt (Wächter & Biegler 2006) with the exact Hessian, or a limited-memory one for comparison.
+
+    Options that are None come from the settings.
+    """
 
     hessian: Literal["exact", "limited-memory"] = "exact"
     linear_solver: str | None = None
@@ -35,16 +38,16 @@ class Ipopt(CasadiSolver):
     mu_init: float | None = None
     barrier_tolerance: float | None = None
     warm_start: bool = field(default=False, repr=False)
-    """begin with the multipliers that are given, and with a small barrier"""
+    """begin with the given multipliers and a small barrier parameter"""
 
     @property
     def name(self) -> str:
-        """With its Hessian and its linear solver, where they are not the usual ones."""
+        """Its name, with Hessian and linear solver if they are not the default ones."""
         limited = "-limited" if self.hessian == "limited-memory" else ""
         return "ipopt" + limited + ("" if self.linear_solver in (None, "mumps") else f"-{self.linear_solver}")
 
     def settled(self, chosen: settings.Solver) -> "Ipopt":
-        """With options of the settings where it has none of its own."""
+        """Ipopt with the options that it leaves open taken from the settings."""
         missing = {name: getattr(chosen, name) for name in OF_SETTINGS if getattr(self, name) is None}
         return replace(self, **missing)
 
@@ -77,7 +80,8 @@ class Ipopt(CasadiSolver):
                 "ipopt.mu_init": full.mu_init,
                 "ipopt.barrier_tol_factor": full.barrier_tolerance,
                 "ipopt.linear_solver": full.linear_solver,
-                "ipopt.mumps_scaling": 0,  # variables and rows are scaled; MUMPS's own costs a quarter of an iteration
+                # variables and rows are scaled already; MUMPS's own scaling costs a quarter of an iteration
+                "ipopt.mumps_scaling": 0,
                 "ipopt.mumps_permuting_scaling": 0,
                 "print_time": False,
                 "no_nlp_grad": True,

@@ -1,4 +1,4 @@
-"""SciPy's L-BFGS-B (Byrd, Lu, Nocedal & Zhu 1995) in the method of multipliers, for it knows bounds but no rows.
+"""SciPy's L-BFGS-B (Byrd, Lu, Nocedal & Zhu 1995), which handles only bounds, in the method of multipliers for rows.
 
     min_x f + 1/(2ρ) Σ dist(λ + ρ g, ρ [g_low, g_high])²,   then λ ← λ + ρ g - ρ clip(g + λ/ρ, g_low, g_high)
 
@@ -13,15 +13,15 @@ from sgnlp.planning.solvers.scipy_call import ScipySolver, minimise
 from sgnlp.planning.solvers.solver import Answer, Array, Entry, NlpInstance
 
 FIRST_WEIGHT, GROWTH, LARGEST_WEIGHT = 10.0, 10.0, 1e8
-"""ρ at first, its factor where the violation does not fall by enough, and its end."""
+"""First ρ, its factor if the violation does not fall enough, and its largest value."""
 ENOUGH = 0.25
 """Share of the violation that an outer step may leave without ρ growing (Algencan has a half, LANCELOT a tenth)."""
 OUTER = 50
-"""Outer steps at most."""
+"""Largest number of outer steps."""
 MEMORY = 20
-"""Pairs of the limited memory; SciPy's 10 take more steps."""
+"""Number of pairs in the limited memory; SciPy's default of 10 needs more steps."""
 TIGHTEN = 0.1
-"""Factor of the inner tolerance from one outer step to the next, from the root of the last one on."""
+"""Factor of the inner tolerance from one outer step to the next; the first is the root of the last."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Counts of a solver's calls and the points at which it asked for ∇f, taken at the functions that it is given."""
+"""Counts a solver's calls, and records the points at which it asked for ∇f, by wrapping its functions."""
 
 import time
 from collections import Counter
@@ -14,11 +14,11 @@ from sgnlp.program.oracle import Functions
 Array = NDArray[np.float64]
 
 CALLS = {"objective": "f", "gradient": "grad", "rows": "g", "jacobian": "jac", "hessian": "hess"}
-"""The functions and the names that their calls are counted by."""
+"""The functions, and the names under which their calls are counted."""
 
 
 class _Tap(ca.Callback):
-    """x → x, telling a listener. Raw memory in and out: 10 µs beside the tenths of a ms of a function."""
+    """x → x, which calls a listener. It uses raw memory: 10 µs, against tenths of a ms for a function."""
 
     def __init__(self, size: int, listener: Callable[[Array], None]):
         ca.Callback.__init__(self)
@@ -43,16 +43,16 @@ class _Tap(ca.Callback):
 
 
 class Meter:
-    """`functions` behave as those that are given, and are counted; `points` are (processor time [s], x) at each ∇f.
+    """`functions` behave as the given ones, and are counted; `points` are (processor time [s], x) at each ∇f.
 
-    `watch`, which may be replaced, hears of each of these points as it comes.
+    `watch`, which may be replaced, is called with each of these points.
     """
 
     def __init__(self, functions: Functions):
         self.calls: Counter[str] = Counter()
         self.points: list[tuple[float, Array]] = []
         self.watch: Callable[[Array], None] = lambda x: None
-        self._taps: list[_Tap] = []  # CasADi holds no reference to them
+        self._taps: list[_Tap] = []  # kept here, since CasADi holds no reference to them
         self.functions = Functions(**{name: self._metered(getattr(functions, name), CALLS[name]) for name in CALLS})
 
     def clear(self) -> None:
@@ -61,7 +61,7 @@ class Meter:
         self.points.clear()
 
     def _metered(self, function: ca.Function, call: str) -> ca.Function:
-        """The function with a tap at its first argument."""
+        """The function with a `_Tap` at its first argument."""
 
         def listen(x: Array) -> None:
             self.calls[call] += 1

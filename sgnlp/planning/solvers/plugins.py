@@ -23,9 +23,9 @@ QP: dict[str, Options] = {
     "daqp": {},
     "qpoases": {"printLevel": "none"},
 }
-"""The QP solvers of the wheel with what makes each of them quiet."""
+"""The QP solvers of the wheel, with the options that silence each."""
 LEAST_OF_SLEQP = 1e-6
-"""The tolerance that SLEQP has by itself; with less it may never end."""
+"""SLEQP's default tolerance; with a smaller one it may never end."""
 
 
 @dataclass(frozen=True)
@@ -37,30 +37,30 @@ class Plugin(CasadiSolver):
     options: Callable[[NlpInstance], Options] = field(default=lambda nlp: {}, repr=False)
 
     def solve(self, nlp: NlpInstance, x: Array) -> Answer:
-        """CasADi's solver over exact derivatives, without what its library prints."""
+        """Solve with exact derivatives, without the output of the library."""
         with silence():
             return super().solve(nlp, x)
 
     def prepare(self, nlp: NlpInstance) -> None:
-        """Build it anew: what OSQP and qpOASES keep of one start changes the steps from the next."""
+        """Build it anew: OSQP and qpOASES keep a state of one start that would change the steps of the next."""
         with silence():
             self._nlpsol(nlp, anew=True)
 
     def build(self, nlp: NlpInstance) -> ca.Function:
-        """CasADi's solver, which differentiates as far as our derivatives let it."""
+        """CasADi's solver, over functions with our derivatives."""
         if not ca.has_nlpsol(self.plugin):
             raise Refusal(f"casadi {ca.__version__} has no plugin '{self.plugin}' here")
         return ca.nlpsol("solver", self.plugin, differentiable(nlp.functions), COMMON | self.options(nlp))
 
 
 def fatrop(nlp: NlpInstance) -> Options:
-    """Fatrop takes optimal control problems: this is one of one stage."""
+    """Fatrop solves optimal control problems: this is one with a single stage."""
     stage = {"structure_detection": "manual", "N": 0, "nx": [len(nlp.rates)], "nu": [0], "ng": [len(nlp.g_bounds[0])]}
     return stage | {"fatrop": {"tol": nlp.tolerance, "max_iter": nlp.iterations, "print_level": 0}}
 
 
 def uno(nlp: NlpInstance, preset: str) -> Options:
-    """Uno is one frame for several methods, which are its presets."""
+    """Uno is one framework for several methods, which are its presets."""
     stop = {"tolerance": str(nlp.tolerance), "max_iterations": str(nlp.iterations)}
     return {"uno": stop | {"preset": preset, "logger": "SILENT"}}
 
@@ -78,22 +78,22 @@ def alpaqa(nlp: NlpInstance) -> Options:
 
 
 def qpsol(qp: str) -> Options:
-    """The QP solver of an SQP method; it says nothing, and its failure is for the method to handle."""
+    """Options of the QP solver of an SQP method: it is silent, and the method handles its failures."""
     return {"qpsol": qp, "qpsol_options": QP[qp] | {"error_on_fail": False}}
 
 
 def stop(nlp: NlpInstance) -> Options:
-    """When CasADi's SQP methods end."""
+    """Stopping options of CasADi's SQP methods."""
     return {"tol_du": nlp.tolerance, "tol_pr": nlp.tolerance, "max_iter": nlp.iterations}
 
 
 def sqpmethod(nlp: NlpInstance, qp: str, more: Options) -> Options:
-    """Without a convex Hessian none of the QP solvers gives a descent."""
+    """CasADi's sqpmethod with a regularised Hessian: without a convex one no QP solver gives a descent direction."""
     return SILENT | qpsol(qp) | stop(nlp) | more
 
 
 def qrsqp(nlp: NlpInstance) -> Options:
-    """On CasADi's own sparse QR."""
+    """CasADi's qrsqp, on its own sparse QR."""
     quiet = {"print_header": False, "print_iteration": False, "qpsol_options": qpsol("qrqp")["qpsol_options"]}
     return stop(nlp) | quiet | {"regularize": True}
 
@@ -112,7 +112,7 @@ def feasiblesqp(nlp: NlpInstance) -> Options:
 CONVEX: Options = {"convexify_strategy": "regularize"}
 LIMITED: Options = {"hessian_approximation": "limited-memory"}
 SHOWN = "daqp"
-"""The QP solver that stands for all where nothing is said: the steps of the others are the same."""
+"""The QP solver for methods that name none: the others give the same steps."""
 STALLS = "does not get to 1e-3 in 3 s on a plan's problems"
 RARE = "gets to 1e-3 in 3 s on one in 42 of a plan's problems"
 INFEASIBLE = "asks for a feasible start, which a plan's constraints do not have"

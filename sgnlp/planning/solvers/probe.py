@@ -1,4 +1,4 @@
-"""Whether a solver runs here: a small problem of known solution, solved in a process of its own."""
+"""Tests whether a solver runs on this machine, by a small problem with known solution in its own process."""
 
 import casadi as ca
 import numpy as np
@@ -8,9 +8,9 @@ from sgnlp.planning.solvers.solver import NlpInstance, Solver
 from sgnlp.program.oracle import Functions
 
 SOLUTION = np.array([0.0, 1.0, 2.0, -1.0])
-"""Of problem 43 of Hock & Schittkowski (1981), where f = -44."""
+"""Solution of problem 43 of Hock & Schittkowski (1981), where f = -44."""
 START = np.zeros(4)
-"""Where it begins, which is feasible."""
+"""Initial point, which is feasible."""
 PATIENCE = 5.0
 """Processor time for the small problem [s]: a solver that runs takes a hundredth of it."""
 RATE = 0.01
@@ -40,7 +40,7 @@ def problem() -> Functions:
 
 
 def instance(tolerance: float = 1e-8) -> NlpInstance:
-    """The problem in a box that does not bind."""
+    """The problem with bounds on x that are not active."""
     return NlpInstance(
         functions=problem(),
         p=np.ones(1),
@@ -53,7 +53,7 @@ def instance(tolerance: float = 1e-8) -> NlpInstance:
 
 
 def missing(solver: Solver) -> str:
-    """Why a solver does not run here; empty if it does."""
+    """Why a solver does not run on this machine; "" if it does."""
 
     def work(send: Send) -> None:
         spend(PATIENCE)

@@ -1,6 +1,6 @@
-"""Libraries that may crash, hang, lie or print: work in a process of its own, and silence.
+"""Runs libraries that may crash, hang or print in a separate, silent process.
 
-What a process sent before its end is kept, with the reason for that.
+What a process sent before its end is kept, with the reason for the end.
 """
 
 import ctypes
@@ -17,14 +17,14 @@ from sgnlp.base.errors import SgnlpError
 from sgnlp.base.processes import die_with_parent
 
 WALL_FACTOR = 60.0
-"""A process that says nothing for so many times its limit of processor time sleeps: the machine is not that busy."""
+"""A process that sends nothing for this many times its limit of processor time hangs: no machine is that busy."""
 
 Send = Callable[[Any], None]
 
 
 @contextmanager
 def silence() -> Iterator[None]:
-    """Lose what libraries print, from C and through Python."""
+    """Discard what libraries print, from C and from Python."""
     kept = {stream: os.dup(stream) for stream in (1, 2)}
     try:
         with open(os.devnull, "w", encoding="utf-8") as nothing, redirect_stdout(nothing), redirect_stderr(nothing):
@@ -39,15 +39,15 @@ def silence() -> Iterator[None]:
 
 
 def spend(seconds: float) -> None:
-    """End this process by the kernel's hand once it has used so much processor time [s]; 0 takes that back."""
+    """Let the kernel end this process once it has used this much processor time [s]; 0 removes the limit."""
     signal.setitimer(signal.ITIMER_PROF, seconds)
 
 
 def apart(work: Callable[[Send], None], seconds: float) -> tuple[list[Any], str]:
-    """What `work` sends from a process forked for it, and why that ended early, empty if it did not.
+    """What `work` sends from a process forked for it, and why the process ended early; "" if it did not.
 
-    The process is ended when nothing was sent for `WALL_FACTOR` times `seconds` of wall time; processor time it limits
-    itself, by `spend`. Whatever its libraries print is lost.
+    The process is ended if nothing was sent for `WALL_FACTOR` times `seconds` of wall time. It limits its processor
+    time itself, by `spend`. What its libraries print is discarded.
     """
     context = multiprocessing.get_context("fork")
     ours, theirs = context.Pipe(duplex=False)
@@ -74,7 +74,7 @@ def apart(work: Callable[[Send], None], seconds: float) -> tuple[list[Any], str]
 
 def _child(work: Callable[[Send], None], pipe: Connection) -> None:
     die_with_parent()
-    faulthandler.disable()  # a crash is told by its reason
+    faulthandler.disable()  # a crash is reported by its reason
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
     silence = os.open(os.devnull, os.O_WRONLY)
@@ -83,7 +83,7 @@ def _child(work: Callable[[Send], None], pipe: Connection) -> None:
     reason = ""
     try:
         work(lambda value: pipe.send(("value", value)))
-    except Exception as error:  # whatever it is, it is this work's end and no other's
+    except Exception as error:  # any error ends this work only
         line = next(iter(str(error).splitlines()[::-1]), "").strip()
         reason = line if isinstance(error, SgnlpError) else f"{type(error).__name__}: {line}"
     spend(0.0)

@@ -1,4 +1,4 @@
-"""Solvers of SciPy, whose optimisers are imported when one is needed: they take a tenth of a second."""
+"""Solvers of SciPy, whose optimisers are imported only when needed: that takes a tenth of a second."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,6 +18,6 @@ class ScipySolver(Solver):
 
 
 def minimise(nlp: NlpInstance, method: str, f: Callable[..., Any], x: Array, jac: Any, **given: Any) -> Any:
-    """The result of a method within the bounds of the variables. SciPy remembers a point's values by itself."""
+    """The result of a method within the bounds of the variables. SciPy caches a point's values itself."""
     optimize = import_module("scipy.optimize")
     return optimize.minimize(f, x, jac=jac, bounds=optimize.Bounds(*nlp.x_bounds), method=method, **given)

@@ -1,4 +1,4 @@
-"""SciPy's SLSQP (Kraft 1988): dense BFGS, a least-squares subproblem in each step."""
+"""SciPy's SLSQP (Kraft 1988): dense BFGS, with a least-squares subproblem in each step."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from sgnlp.planning.solvers.solver import Answer, Array, Entry, NlpInstance
 
 @dataclass(frozen=True)
 class Slsqp(ScipySolver):
-    """It stops by the change of f, so that is what the tolerance is put on, squared: f is flat at a minimum."""
+    """It stops by the change of f, so it gets the square of the tolerance: f is flat at a minimum."""
 
     def solve(self, nlp: NlpInstance, x: Array) -> Answer:
         """Solve with equality and one-sided rows."""
@@ -22,7 +22,7 @@ class Slsqp(ScipySolver):
 
 
 def one_sided(nlp: NlpInstance) -> list[dict[str, object]]:
-    """The rows as g = 0 and g ≥ 0, as SLSQP has them."""
+    """The rows as g = 0 and g ≥ 0, the form of SLSQP."""
     low, high = nlp.g_bounds
     equal = np.flatnonzero(low == high)
     below, above = (np.flatnonzero(np.isfinite(side) & (low < high)) for side in (low, high))

@@ -1,4 +1,4 @@
-"""What a solver is: one method, from a nonlinear program with numbers and a start to an answer.
+"""The interface of a solver: one method, from a nonlinear program and a start to an answer.
 
 min f(x, p)   subject to   g_low ≤ g(x, p) ≤ g_high,  x_low ≤ x ≤ x_high
 """
@@ -20,7 +20,7 @@ Bounds = tuple[Array, Array]
 Multipliers = tuple[Array, Array]
 """(λ_x (nx), λ_g (ng)): positive ones push down from upper bounds."""
 PLAIN = (str, int, float, bool, type(None))
-"""Values that JSON has."""
+"""Values that JSON can hold."""
 
 
 class Refusal(SolverError):
@@ -29,19 +29,22 @@ class Refusal(SolverError):
 
 @dataclass(frozen=True, eq=False)
 class NlpInstance:
-    """A nonlinear program in scaled variables and rows, with numbers, and when to stop.
+    """A nonlinear program in scaled variables and rows, with its numbers and stopping criteria.
 
-    `functions` are CasADi's, of (x, p); the methods are the same in NumPy at this `p`.
+    min f(x, p)   subject to   g_low ≤ g(x, p) ≤ g_high,  x_low ≤ x ≤ x_high
+
+    with nx variables and ng rows. `functions` are CasADi functions of (x, p); the methods evaluate them in NumPy at
+    this `p`.
     """
 
     functions: Functions
     p: Array
     x_bounds: Bounds
     g_bounds: Bounds
-    tolerance: float  # what the solver is asked for, in its own sense
+    tolerance: float  # as the solver itself defines it
     iterations: int  # at most
-    rates: Array  # (nx,), steps of first-order methods; NaN for variables that have none
-    multipliers: Multipliers | None = None  # where they begin, for a solver that takes some
+    rates: Array  # (nx,), step sizes of first-order methods; NaN for variables without one
+    multipliers: Multipliers | None = None  # initial multipliers, for solvers that use them
 
     def objective(self, x: Array) -> float:
         """f."""
@@ -67,11 +70,12 @@ class NlpInstance:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """Where a solver ended, all else optional. Nothing of it is believed but x.
+    """The end x (nx,) of a solver; everything else is optional. Only x is trusted; residuals are recomputed from it.
 
-    `multipliers` are estimated if it has none. `calls` are its own counts of f, grad, g, jac and hess, and `seconds`
-    is the time that they took. `lowest` is the lowest f on the way, rows met or not, for a method that does not end at
-    its last point. `way` has a number for each point that it went through: `obj` (f), `inf_pr`, `inf_du` and `mu`.
+    `multipliers` (λ_x (nx,), λ_g (ng,)) are estimated if there are none. `calls` counts f, grad, g, jac and hess, and
+    `seconds` is the time of these calls. `lowest` is the lowest f on the way, whether or not rows are satisfied, for a
+    method that does not end at its last point. `way` has one number for each iterate: `obj` (f), `inf_pr`, `inf_du` and
+    `mu`.
     """
 
     x: Array  # (nx,)
@@ -86,14 +90,14 @@ class Answer:
 
 @dataclass(frozen=True)
 class Solver:
-    """A solver with its options, which are fields. One of your own is a subclass with a `solve`."""
+    """A solver; its options are its fields. Your own is a subclass with a `solve`."""
 
     tolerance: float | None = None
-    """what it is asked for; that of the settings if None"""
+    """convergence tolerance; that of the settings if None"""
 
     @property
     def name(self) -> str:
-        """What tables and results call it: the name of its class in lower case, unless that has a `name`."""
+        """Name in tables and results: the name of its class in lower case, unless the class has a `name`."""
         return type(self).__name__.lower()
 
     def solve(self, nlp: NlpInstance, x: Array) -> Answer:
@@ -101,15 +105,15 @@ class Solver:
         raise NotImplementedError
 
     def prepare(self, nlp: NlpInstance) -> None:
-        """Build what takes long and does not depend on the numbers; `solve` does so where this was not called."""
+        """Build what takes long and does not depend on the numbers; `solve` does so if this was not called."""
 
     def settled(self, chosen: settings.Solver) -> "Solver":
-        """The solver with options of the settings where it has none of its own."""
+        """The solver with the options that it leaves open taken from the settings."""
         return self
 
     @property
     def warm(self) -> "Solver":
-        """The solver for a start that is nearly the end: itself, if it makes no difference to it."""
+        """The solver for a warm start near the solution; itself if that makes no difference."""
         return self
 
     def told(self) -> dict[str, Any]:
@@ -122,8 +126,8 @@ class Solver:
 class Entry:
     """A row of the table of solvers.
 
-    `kind` is the algorithm's family, `derivatives` the highest order that it asks for. `known` says why a comparison
-    leaves the solver out unless it is asked for by name.
+    `kind` is the algorithm's family, `derivatives` the highest order that it uses. `known` is the reason why a
+    comparison leaves the solver out unless it is named.
     """
 
     solver: Solver

@@ -11,7 +11,7 @@ from sgnlp.planning.solvers.solver import Answer, Array, Entry, NlpInstance
 
 @dataclass(frozen=True)
 class TrustConstr(ScipySolver):
-    """The rows are one vector constraint; f and its Hessian are apart from theirs, as SciPy asks."""
+    """The rows are one vector constraint; f and its Hessian are separate from them, as SciPy requires."""
 
     name = "trust-constr"
 

@@ -9,11 +9,11 @@ from sgnlp.program.formulations.penalty import Penalty
 from sgnlp.program.formulations.two_phase import TwoPhase
 
 FORMULATIONS: dict[str, Formulation] = {f.name: f for f in (Penalty(), Constrained(), TwoPhase(), Elastic(), Lifted())}
-"""By the name that the settings know them by."""
+"""The formulations by their names in the settings."""
 
 
 def formulation(name: str) -> Formulation:
-    """The formulation of a name; raises `InputError` with the valid ones."""
+    """The formulation with this name; raises `InputError` with the valid names."""
     if name not in FORMULATIONS:
         raise unknown("formulation", name, FORMULATIONS)
     return FORMULATIONS[name]

@@ -7,4 +7,4 @@ from sgnlp.program.formulation import Formulation
 
 @dataclass(frozen=True)
 class Constrained(Formulation):
-    """min E' subject to contact, friction cones, forces, clearances and whatever else is asked for."""
+    """min E' subject to contact, friction cones, forces, clearances and all other constraints of the plan."""

@@ -1,12 +1,12 @@
-"""The constrained program with slacks, so that it has a feasible point whatever is asked for.
+"""The constrained program with slacks, so that it always has a feasible point.
 
     min_{x, s⁺, s⁻}  f(x) + w Σ(s⁺ + s⁻)   subject to   g_low ≤ g(x) + s⁺ - s⁻ ≤ g_high,   s⁺, s⁻ ≥ 0
 
-An exact penalty: where the constrained program has a solution with multipliers below w in size, it is one of this too,
-with no slack. Else it ends with the smallest sum of violations, counted in the scales of the rows, that the rest of the
-objective allows. Rows that say where the functions are defined (`Constraint.domain`) have no slack.
+This is an exact penalty: a solution of the constrained program with multipliers smaller than w is also a solution of
+this program, with zero slacks. Otherwise the solution has the smallest sum of violations, in the scales of the rows,
+that the rest of the objective allows. Rows that keep the functions defined (`Constraint.domain`) have no slack.
 
-Only the slacks are new: the functions of the constrained program, compiled or not, are called as they are.
+Only the slacks are new: the functions of the constrained program, compiled or not, are used unchanged.
 """
 
 from dataclasses import dataclass, replace
@@ -68,14 +68,14 @@ class Elastic(Constrained):
         )
 
     def variable_bounds(self, nlp: Nlp, g_bounds: Bounds) -> Bounds:
-        """Slacks are not negative; without a bound to miss, or where none may be missed, they are 0."""
+        """Slacks are non-negative; for a missing bound, or a row that must not be violated, they are 0."""
         low, high = g_bounds
         soft = np.repeat([not c.domain for c in nlp.constraints], nlp.row_sizes)
         upper = np.where(np.concatenate([soft & np.isfinite(low), soft & np.isfinite(high)]), np.inf, 0.0)
         return np.zeros_like(upper), upper
 
     def begin(self, oracle: Oracle, x: Array, p: Array, g_bounds: Bounds) -> Array:
-        """The slacks s⁺, s⁻ that the rows need to be within their bounds (ng,)."""
+        """The slacks s⁺, s⁻ that bring the rows within their bounds (ng,)."""
         low, high = g_bounds
         g = oracle.values(np.concatenate([x, np.zeros(2 * len(low))]), p)
         return np.concatenate([np.maximum(low - g, 0), np.maximum(g - high, 0)])

@@ -1,11 +1,11 @@
-"""The constrained program with tips and the pose at equilibrium as variables, and what defines them as equations.
+"""The constrained program with tips and the pose at equilibrium as variables, defined by equations.
 
     a = FK(v),   Σ k (o - p_eq) = M g e_z,   Σ (p_eq - c_eq) × k (o - p_eq) = 0,
     p_eq = R p + t,   c_eq = R c_g + t = c_g + s,   R the rotation of the Gibbs vector w, tan(θ/2) times its axis
 
-In the variables (x, a, w, s) contacts, path and forces no longer depend on the joints, and R on the grasp only through
-the balance: every function is shorter and less curved, the program larger. Its solutions are those of the constrained
-one, for `stiffness` keeps out equilibria that are not minima.
+In the variables (x, a, w, s) contacts, path and forces do not depend on the joints, and R depends on the grasp only
+through the balance. So every function is shorter and less curved, and the program is larger. Its solutions are those of
+the constrained one, because `stiffness` excludes equilibria that are not minima.
 """
 
 from collections.abc import Sequence
@@ -37,7 +37,7 @@ EQUATIONS = (
     Constraint("balance_force", lambda g, op: g.wrench_eq[0, :], 0.0, 0.0, FORCE, over="axis"),
     Constraint("balance_torque", lambda g, op: g.wrench_eq[1, :], 0.0, 0.0, TORQUE, over="axis"),
 )
-"""What defines the added variables."""
+"""The equations that define the added variables."""
 
 
 @dataclass(frozen=True)
@@ -45,14 +45,14 @@ class Lifted(Constrained):
     """More variables and more equations, each of them short."""
 
     def check(self, settings: Settings) -> None:
-        """It has the equations of the springs' exact equilibrium."""
+        """Refuse settings without the springs' exact equilibrium, whose equations it uses."""
         metric, kind = settings.contact.metric, settings.contact.equilibrium
         if (metric, kind) != ("spring", "exact"):
             needs = "needs --contact.metric spring and --contact.equilibrium exact"
             raise InputError(f"--solver.formulation lifted {needs}, not {metric} and {kind}")
 
     def constraints(self, constraints: Sequence[Constraint]) -> tuple[Constraint, ...]:
-        """Those of the plan, and its own equations."""
+        """The constraints of the plan, and its own equations."""
         return (*constraints, *EQUATIONS)
 
     def variables(self, hand: Hand) -> Variables:
@@ -63,7 +63,7 @@ class Lifted(Constrained):
         return Variables((*tips, *motion), np.array(units))
 
     def variable_bounds(self, nlp: Nlp, g_bounds: Bounds) -> Bounds:
-        """None: the equations bind them."""
+        """No bounds: the equations determine them."""
         free = np.full(len(self.variables(nlp.hand).units), np.inf)
         return -free, free
 
@@ -87,10 +87,10 @@ class Lifted(Constrained):
         return ca.reshape(added[: 3 * m], 3, m).T
 
     def rotation(self, added: ca.SX, B: ca.SX, lifting: Lifting) -> tuple[ca.SX, ca.SX]:
-        """R of the Gibbs vector, and ρ, which is right where R is that of an equilibrium."""
+        """R of the Gibbs vector, and ρ, which is correct if R is that of an equilibrium."""
         R = lifting.lift("rotation", equilibrium.turned(added[-6:-3]))
         return R, stiffness(R, B, lifting)
 
     def translation(self, added: ca.SX, R: ca.SX, par: SimpleNamespace, p: ca.SX, o: ca.SX, k: ca.SX) -> ca.SX:
-        """t that moves the object's centre by the shift."""
+        """t, which moves the object's centre by the shift."""
         return par.com + added[-3:] - R @ par.com

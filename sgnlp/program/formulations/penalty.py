@@ -1,4 +1,4 @@
-"""The whole energy, constrained only where it must be for the equilibrium and the surface model to be defined."""
+"""The whole energy, with only the constraints that keep the equilibrium and the surface model defined."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class Penalty(Formulation):
 
 @dataclass(frozen=True)
 class FreeWrist(Penalty):
-    """The same of the hand alone, whether an arm carries it or not: a first phase, which the arm follows."""
+    """The penalty formulation of the hand alone, also for a hand on an arm: a first phase, before the arm is added."""
 
     name = Penalty.name
     plans_arm = False

@@ -1,4 +1,4 @@
-"""The penalty formulation for a few iterations, then the constrained one: it plans most often."""
+"""The penalty formulation for a few iterations, then the constrained one: it finds feasible grasps most often."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from sgnlp.program.formulations.penalty import FreeWrist
 
 @dataclass(frozen=True)
 class TwoPhase(Constrained):
-    """The first phase brings the hand to the object, the second meets the constraints."""
+    """The first phase brings the hand to the object, the second satisfies the constraints."""
 
     name = "two_phase"
 

@@ -1,4 +1,4 @@
-"""The energy terms that the paper has and those that it lacks, one class each."""
+"""The energy terms of the paper, and those that it lacks, one class each."""
 
 from dataclasses import replace
 
@@ -33,9 +33,9 @@ __all__ = ["CLOSURE", "COMPLIANT", "Term", "preset_terms"]
 
 
 def preset_terms(settings: Settings, around: Around = ALONE) -> tuple[Term, ...]:
-    """The built-in terms that settings ask for, with their weights; E_pose takes the place of the motion's penalty.
+    """The built-in terms of the settings, with their weights. E_pose replaces the penalty of the motion.
 
-    E_arm is there where an arm carries the hand.
+    E_arm is added if an arm carries the hand.
     """
     terms = COMPLIANT if settings.contact.metric == "spring" else CLOSURE
     terms += (Closing(),) if settings.closing.planned else ()

@@ -1,4 +1,4 @@
-"""The stiffness term: not in the paper, without which its energy is not well posed."""
+"""The stiffness term, which the paper lacks: without it the energy is not well posed."""
 
 from typing import Any
 
@@ -17,5 +17,5 @@ class Stability(Term):
     about = "a stiff equilibrium"
 
     def value(self, g: Grasp, op: Ops) -> Any:
-        """Falls as the equilibrium stiffens."""
+        """Decreases as the equilibrium stiffens."""
         return -op.sum(op.log(g.stiffness / UNIT))

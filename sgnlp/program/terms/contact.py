@@ -1,4 +1,4 @@
-"""Terms of the contacts: on the surface, where it is surely known, with targets inside."""
+"""Terms of the contacts: on the surface, where it is well known, with targets inside."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ from sgnlp.program.ops import Ops
 from sgnlp.program.terms.term import Term
 
 FAINT_DENSITY = 1e-2
-"""Added to Σ_k p [1/m] where it divides: a path that never meets the surface has no share, not 0/0."""
+"""Added to the divisor Σ_k p [1/m], so that a path that never meets the surface has a share of 0, not 0/0."""
 
 
 class Distance(Term):

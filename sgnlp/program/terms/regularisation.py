@@ -42,7 +42,7 @@ class Closing(Term):
 
 
 class Arm(Term):
-    """E_arm = |q - q_home|² + |q_s - q|² + |q_l - q|²: of all postures of an arm, one near home that moves little."""
+    """E_arm = |q - q_home|² + |q_s - q|² + |q_l - q|²: prefers arm postures near home that move little."""
 
     name = setting = "arm"
     about = "arm near its home, and moving little"
@@ -55,7 +55,7 @@ class Arm(Term):
 
 
 class Motion(Term):
-    """Second half of E_reg: Σ |p_i - p_i(eq)|². Replaced by E_pose where that has a weight."""
+    """Second half of E_reg: Σ |p_i - p_i(eq)|². Replaced by E_pose if that has a weight."""
 
     name = "reg_motion"
     about = "little motion of the contacts to the equilibrium"
@@ -67,7 +67,7 @@ class Motion(Term):
 
 
 class Pose(Term):
-    """E_pose = Σ |p_i(des) - p_i(eq)|: the object is to move so, for instance to rise by 1 cm."""
+    """E_pose = Σ |p_i(des) - p_i(eq)|: the object should make the desired motion, such as a rise by 1 cm."""
 
     name = setting = "pose"
     about = "the object moved as desired"

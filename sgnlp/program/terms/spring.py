@@ -22,7 +22,7 @@ class Spring(Term):
     about = "contact forces well inside their friction cones, at first contact and at equilibrium"
 
     def value(self, g: Grasp, op: Ops) -> Any:
-        """Both states count alike."""
+        """Both states have the same weight."""
         initial = margins(g.forces, g.normals, g.friction, op)
         equilibrium = margins(g.forces_eq, g.normals_eq, g.friction, op)
         return -op.sum(op.log(1 + initial)) - op.sum(op.log(1 + equilibrium))

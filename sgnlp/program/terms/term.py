@@ -1,4 +1,4 @@
-"""What an energy term is."""
+"""The interface of an energy term."""
 
 import inspect
 from dataclasses import dataclass
@@ -12,9 +12,9 @@ from sgnlp.program.ops import Ops
 class Term:
     """A term of the energy E = Σ weight · value(g), written once for CasADi and NumPy.
 
-    A term of your own is a subclass with a `value`; its name is that of the class in lower case, unless it has another.
-    `setting` is the field of `settings.Weights` that weighs a built-in term. A term that a constraint replaces in the
-    constrained formulation says so by `constrained_elsewhere`, one that asks for `g.arm` by `of_arm`.
+    Your own term is a subclass with a `value`; its name is that of the class in lower case, unless the class has a
+    `name`. `setting` is the field of `settings.Weights` with the weight of a built-in term. `constrained_elsewhere`
+    marks a term that a constraint replaces in the constrained formulation, `of_arm` one that needs `g.arm`.
     """
 
     weight: float = 1.0
@@ -22,12 +22,12 @@ class Term:
     name: ClassVar[str] = ""
     setting: ClassVar[str] = ""
     about: ClassVar[str] = ""
-    """What it rewards, in a few words; the first line of the docstring if it says nothing."""
+    """What it rewards, in a few words; by default the first line of the docstring."""
     constrained_elsewhere: ClassVar[bool] = False
     of_arm: ClassVar[bool] = False
-    """Whether it is of the arm; the first of two phases has none and leaves it out."""
+    """Whether it needs the arm; the first of two phases has no arm and leaves it out."""
     source: ClassVar[str] = ""
-    """Hash of the file that a term was loaded from; it goes into the key of compiled functions."""
+    """Hash of the file that a term was loaded from; part of the key of compiled functions."""
 
     def __init_subclass__(cls) -> None:
         """Name the term after its class, unless it says otherwise."""

@@ -1,1 +1,1 @@
-"""The report of a result: what it says (`content`, `figures`), and the pages that it stands on (`pages`)."""
+"""The report of a result: its content (`content`, `figures`), and its pages in HTML and Markdown (`pages`)."""

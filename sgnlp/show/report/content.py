@@ -20,18 +20,18 @@ from sgnlp.show.scene_parts import Scene
 from sgnlp.show.sheets import Sheet, checks, energy, fingers, joints, simulated, starts, wrist
 
 SHOWN = 3
-"""Grasps that have a picture, best first; what is the same as a better one is passed over."""
+"""Largest number of grasps with a picture, best first; duplicates of a better grasp are skipped."""
 
 PICTURE_WIDTH, PANEL_WIDTH = 26, 15
-"""Of a view and of a panel on a page, at least, if there is room [rem]."""
+"""Least width of a view and of a panel on a page, if there is room [rem]."""
 
 
 @dataclass(frozen=True)
 class Figure:
     """A picture as files by suffix, `png` and perhaps `svg`, with what it shows.
 
-    Where it has `cells`, a page may show these in its place, beside or below each other as there is room; each should
-    get `cell_width`.
+    A page may show its `cells` instead of it, side by side or below each other as the width allows; each cell should be
+    `cell_width` wide.
     """
 
     name: str
@@ -73,9 +73,9 @@ def report(
     Args:
         result: the grasps, and their problem where its cloud is still there.
         summary: of the same plan, as `summary.json` has it.
-        courses: how its starts went, as `courses.npz` has it; empty if that is not known.
-        command: that makes the result again.
-        simulation: what a simulation of it gave.
+        courses: the arrays of `history.npz`, iteration by iteration; empty for older results.
+        command: the command that makes the result again.
+        simulation: the section on a simulation of it, if there was one.
 
     Raises:
         InputError: Matplotlib or scikit-image is not installed.
@@ -97,7 +97,7 @@ def report(
 
 
 def lead(summary: Mapping[str, Any]) -> str:
-    """How it ended, in a line."""
+    """The outcome in one line."""
     first = summary["starts_table"][0]
     found = f"{summary['feasible']} of {summary['tried']} starts feasible with {summary['hand']}"
     kind = "best" if first["feasible"] else "least bad"
@@ -105,7 +105,7 @@ def lead(summary: Mapping[str, Any]) -> str:
 
 
 def best(result: Reopened) -> Section:
-    """Pictures of the first grasps that are not the same, and the fingers of the first."""
+    """Pictures of the best grasps that differ, and a table of the best one's fingers."""
     g = result.grasps
     points = result.cloud.points if result.cloud is not None else np.zeros((0, 3))
     shown = scene(g, result.hand, result.problem, points)
@@ -124,7 +124,7 @@ def best(result: Reopened) -> Section:
 
 
 def distinct(result: Reopened) -> list[int]:
-    """Ranks of the grasps that are shown: the first that are not the same."""
+    """Ranks of the grasps that are shown: the best ones that differ."""
     return list(dict.fromkeys(alike(result.grasps.contacts)))[:SHOWN]
 
 
@@ -136,7 +136,7 @@ def _pictured(shown: Scene, rank: int, result: Reopened) -> Figure:
 
 
 def poses(result: Reopened) -> Section:
-    """Wrist and joints of the grasps that are shown: what a robot is sent to."""
+    """Wrist pose and joints of the grasps that are shown: the goal of a robot."""
     g, hand = result.grasps, result.hand
     said = (
         "Of the pregrasps above. Quaternions are x y z w; roll, pitch and yaw turn about the world's x, then y, then "
@@ -153,7 +153,7 @@ def _titled(title: str, rank: int, result: Reopened) -> str:
 
 
 def numbers(result: Reopened, summary: Mapping[str, Any]) -> Section:
-    """Energy and checks of the best grasp, every one recomputed without smoothing."""
+    """Energy and checks of the best grasp, all recomputed without smoothing."""
     said = "Recomputed from the solver's variables, without any smoothing."
     found = summary["best"]
     if found is None:
@@ -184,7 +184,7 @@ def convergence(courses: Mapping[str, NDArray[Any]]) -> Section:
     """Energy and violation of every start over its iterations."""
     caption = (
         "Smoothed energy and largest violation of a scaled constraint over the iterations of each start. The energy of "
-        "a formulation is that of the terms it has: what the constrained one demands, it does not count."
+        "a formulation counts only its own terms: the constrained one has no terms for what its constraints require."
     )
     panels = figures.convergence(courses)
     columns = [panels[i::2] for i in range(2)]
@@ -192,7 +192,7 @@ def convergence(courses: Mapping[str, NDArray[Any]]) -> Section:
 
 
 def _plotted(name: str, caption: str, panels: list[Panel], columns: list[list[Panel]]) -> Figure:
-    """Panels as one figure of so many columns, and each column alone, which a page shows as an svg."""
+    """The panels as one figure, and each of its columns as a cell of its own, which a page shows as an svg."""
     cells = tuple(plots.draw(column, caption, 1, ("svg",)) for column in columns)
     return Figure(name, caption, plots.draw(panels, caption, columns=len(columns)), cells, PANEL_WIDTH)
 
@@ -204,12 +204,12 @@ def simulation(found: Mapping[str, Any], pictures: Mapping[str, bytes]) -> Secti
     shown = tuple(
         Figure(f"simulation-{phase}", f"Grasp 0, end of {phase}.", {"png": png}) for phase, png in pictures.items()
     )
-    note = "Moved is the object's motion before the last pad touched."
+    note = "*Moved* is the object's motion before the last pad touched."
     return Section("Simulation", (said, note), sheets=(simulated(found["grasps"]),), figures=shown)
 
 
 def assumptions(result: Reopened, summary: Mapping[str, Any]) -> Section:
-    """What was taken for granted about the input."""
+    """What was assumed about the input."""
     contact, cloud = summary["settings"]["contact"], result.cloud
     rows = [("assumed", ""), ("table height", f"{summary['table_height']:.4f} m")]
     if cloud is not None:

@@ -11,13 +11,13 @@ from sgnlp.planning.approach import Approach
 from sgnlp.show.plots import Panel, Series
 
 FLOOR = 1e-10
-"""Violations below this are drawn there: they are rounding."""
+"""Smaller violations are drawn at this value: they are rounding."""
 FIRST_POINTS = 3
-"""Points of each course that the axis of energies need not show: a start can be far above everything that follows."""
+"""First points of each course that the energy axis may cut off: a start can be far above everything that follows."""
 
 
 def convergence(courses: Mapping[str, NDArray[Any]]) -> list[Panel]:
-    """Energy and violation over iterations, for each formulation, a line for each start."""
+    """Energy and violation over iterations: two panels for each formulation, a line for each start."""
     panels = []
     for formulation in dict.fromkeys(courses["formulation"].tolist()):
         chosen = courses["formulation"] == formulation
@@ -42,7 +42,7 @@ def _lines(labels: Sequence[str], values: Sequence[Array]) -> tuple[Series, ...]
 
 
 def approach(paths: Sequence[Approach], unit: str) -> list[Panel]:
-    """For each finger, the density of touching along its path, and below it the surface's mean and deviation there.
+    """For each finger, the contact density along its path, and below it the surface's mean and deviation there.
 
     `unit` says what the density is: a share, or one in 1/m. The axes of all fingers are the same.
     """

@@ -11,11 +11,11 @@ from sgnlp.show.sheets import Sheet
 PICTURES = "report"
 """Folder of the pictures, beside the Markdown."""
 TYPES = {"svg": "image/svg+xml", "png": "image/png"}
-"""Media types, the sharper first."""
+"""Media types of pictures by suffix, vector graphics first."""
 VIEWPORT = '<meta name="viewport" content="width=device-width, initial-scale=1">'
-"""With this a phone uses its own width and does not shrink a wide page."""
+"""Makes a phone use its own width instead of shrinking a wide page."""
 GROWN = 1.4
-"""Largest width of a cell of a figure over its least width: letters keep about one size."""
+"""Largest over least width of a cell of a figure, so that letters keep about one size."""
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 68rem; margin: 2rem auto; padding: 0 1rem;
   overflow-wrap: break-word }
@@ -33,7 +33,7 @@ pre { background: #f2f2f2; padding: .8rem; white-space: pre-wrap; overflow-wrap:
 
 
 def html(report: Report) -> str:
-    """The whole page: no script, nothing that is loaded from elsewhere."""
+    """The whole page, without scripts; it loads nothing from elsewhere."""
     body = "\n".join(_html_section(section) for section in report.sections)
     title = escape(report.title)
     return (
@@ -55,7 +55,7 @@ def _html_section(section: Section) -> str:
 
 
 def _html_sentences(sentences: tuple[str, ...]) -> str:
-    """A paragraph of one, a list of several."""
+    """One sentence as a paragraph, several as a list."""
     if len(sentences) < 2:
         return "".join(f"<p>{escape(sentence)}</p>" for sentence in sentences)
     return "<ul>" + "".join(f"<li>{escape(sentence)}</li>" for sentence in sentences) + "</ul>"
