@@ -22,7 +22,7 @@ from sgnlp.show import tables
 class Cache(Extending, Planning):
     """Show, build or clear the compiled functions. A build takes half a minute and serves every object.
 
-    For a hand of your own it takes five seconds more, once for all hands, because Pinocchio's kinematics are compiled too.
+    For a hand of your own it takes five seconds more, once for all hands: Pinocchio's kinematics are compiled too.
     """
 
     build: bool = False

@@ -152,7 +152,7 @@ def _parts(joint: Any, place: pin.SE3) -> list[tuple[Any, pin.SE3]]:
 def motion_subspace(model: pin.Model, joint: int) -> Array:
     """The motion subspace (6,) of a joint with one coordinate, linear part first, the same at every angle.
 
-    That of a joint that mimics another is as long as the multiplier.
+    For a mimic joint it is multiplied by the multiplier.
     """
     return _subspace(model.joints[joint], model.nq)
 

@@ -76,11 +76,11 @@ class Lifting:
         return list(result) if isinstance(result, tuple | list) else [result]
 
     def gradient(self, scalar: ca.SX) -> ca.SX:
-        """∂scalar/∂x (nx,), still written over w. It is dense: solvers read its numbers one after the other."""
+        """∂scalar/∂x (nx,), still written in w. It is dense, because solvers read its numbers one after the other."""
         return self._adjoints(self._slope(scalar).T)[: self.x.numel()]
 
     def jacobian(self, rows: ca.SX) -> ca.SX:
-        """∂rows/∂x (n, nx), still written over w."""
+        """∂rows/∂x (n, nx), still written in w."""
         J = self._at_zero([self._slope(rows)])[0]
         for low, high, D in self._folds():
             if (through := J[:, low:high]).nnz():
@@ -167,7 +167,7 @@ class Lifting:
                     waiting[j] = _without(other, u.low, u.high) + through @ D
 
     def _at_zero(self, expressions: list[ca.SX]) -> list[ca.SX]:
-        """With displacements 0, and what then is 0 left out."""
+        """The expressions with displacements 0, without the entries that become 0."""
         if not (self._zeros and expressions):
             return expressions
         zeros = ca.vertcat(*self._zeros)

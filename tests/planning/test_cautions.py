@@ -248,7 +248,7 @@ def test_each_caution_is_told_where_its_threshold_is_passed(result):
     failing = with_grasps(result, feasible=np.zeros(len(g), bool), violated=np.array(["contact; way", "contact"]))
     named = "distance of the pads to the surface at first contact (contact, 2); links clear on the way to the contacts"
     assert f"{named} (way, 1)." in plans.no_feasible(failing)
-    assert "7 of the starts gave nothing" in plans.stopped(with_grasps(result, meta=g.meta | {"tried": 9}))
+    assert "7 of the starts gave no solution" in plans.stopped(with_grasps(result, meta=g.meta | {"tried": 9}))
     assert "not an optimum" in plans.unsolved(with_grasps(result, kkt=g.kkt + 2e-5))
     assert "fewer than the 5000" in clouds.few_points(cloud, with_meta(result, free_space={"surface_points": 5000}))
     assert "One view has" in clouds.one_view(replace(cloud, view_names=("0",)), result)
