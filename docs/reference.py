@@ -38,12 +38,12 @@ OTHERS = {
 ROOT = Path(__file__).parents[1]
 EXIT_CODES = {
     0: "a feasible grasp was found, or the command did what it was asked",
-    1: "no start ended in a feasible grasp, or its confidence is less than was asked for",
+    1: "no start gave a feasible grasp, or the confidence of the first choice is below `--min-confidence`",
     2: "the flags are wrong",
     3: "a file, a name or a value is wrong",
-    4: "the machine gave out: a full disk, or no more memory, processes or open files; no file is half-written",
+    4: "the machine ran out of disk, memory, processes or open files; no file is half-written",
     130: "ended by Ctrl-C",
-    141: "whoever read the output has ended",
+    141: "the reader of the output has closed the pipe",
 }
 BAR = re.compile(r"(?<!\\)\|")
 """What divides the cells of a Markdown table."""

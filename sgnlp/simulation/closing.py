@@ -4,8 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.control.command import Command
+from sgnlp.planning.recompute import rotation_angle
 from sgnlp.simulation.outcome import Closing
-from sgnlp.simulation.protocol import Experiment, angle, calm
+from sgnlp.simulation.protocol import Experiment, calm
 from sgnlp.simulation.recorder import Reading
 
 Array = NDArray[np.float64]
@@ -33,7 +34,7 @@ def closed(experiment: Experiment, readings: list[Reading], command: Command) ->
         links=_names(all_),
         premature=_names(all_[:last]),
         shift_before_contact=float(np.linalg.norm(until.centre - begin.centre)),
-        turn_before_contact=angle(until.rotation @ begin.rotation.T),
+        turn_before_contact=rotation_angle(until.rotation @ begin.rotation.T),
         rotation=end.rotation,
         translation=end.translation,
         shift_error=shift_error,
@@ -73,7 +74,7 @@ def _motion_errors(end: Reading, given: Array, command: Command) -> tuple[float 
     if command.rotation_eq is None or command.translation_eq is None:
         return None, None
     planned = command.rotation_eq @ given + command.translation_eq
-    return float(np.linalg.norm(end.centre - planned)), angle(end.rotation @ command.rotation_eq.T)
+    return float(np.linalg.norm(end.centre - planned)), rotation_angle(end.rotation @ command.rotation_eq.T)
 
 
 def _lengths(found: Array, planned: Array | None) -> Array | None:

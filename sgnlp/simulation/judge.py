@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from sgnlp.control.command import Command
 from sgnlp.hand.hand import Hand
 from sgnlp.perception.shape import Shape
+from sgnlp.planning.recompute import rotation_angle
 from sgnlp.simulation.body import Body
 from sgnlp.simulation.closing import closed
 from sgnlp.simulation.outcome import Carriage, Ending, Knock, Lift, Outcome, Pregrasp, Push
 from sgnlp.simulation.prepared import prepared
-from sgnlp.simulation.protocol import AXES, Experiment, angle
+from sgnlp.simulation.protocol import AXES, Experiment
 from sgnlp.simulation.recorder import Reading
 from sgnlp.simulation.route import Moving
 from sgnlp.simulation.settings import SAMPLE, SimulationSettings
@@ -149,7 +150,7 @@ def _pregrasp(experiment: Experiment) -> Pregrasp:
         penetration_self=depth["self"],
         penetration_obstacles=depth["obstacles"],
         settle_shift=float(np.linalg.norm(begin.centre - experiment.given)),
-        settle_turn=angle(begin.rotation),
+        settle_turn=rotation_angle(begin.rotation),
     )
 
 

@@ -17,6 +17,7 @@ from sgnlp.control.law import WEIGHTLESS, Law
 from sgnlp.hand.hand import Hand
 from sgnlp.perception.shape import Shape
 from sgnlp.planning.motion.trajectory import APPROACH
+from sgnlp.planning.recompute import rotation_angle
 from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.simulation.body import Body
 from sgnlp.simulation.contacts import overlaps, penetrations
@@ -185,13 +186,8 @@ def calm(readings: Sequence[Reading]) -> bool:
 
 def _slow(before: Reading, now: Reading) -> bool:
     steps = np.vstack([now.tips - before.tips, now.centre - before.centre])
-    turn = angle(now.rotation @ before.rotation.T)
+    turn = rotation_angle(now.rotation @ before.rotation.T)
     return bool(np.linalg.norm(steps, axis=1).max() < REST_SPEED * SAMPLE and turn < REST_TURN * SAMPLE)
-
-
-def angle(R: Array) -> float:
-    """Angle of a rotation matrix [rad], accurate near 0."""
-    return float(2 * np.arcsin(min(np.linalg.norm(R - np.eye(3)) / np.sqrt(8.0), 1.0)))
 
 
 def settled(body: Body, settings: SimulationSettings, obstacles: Sequence[Shape] = ()) -> Array:

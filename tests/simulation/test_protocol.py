@@ -8,11 +8,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from readings import REST, SETTINGS, moved, turn
-from scipy.spatial.transform import Rotation
 
 from sgnlp.base.errors import InputError
 from sgnlp.simulation import protocol
-from sgnlp.simulation.protocol import AXES, REST_SPEED, REST_TURN, Experiment, angle, calm, settled
+from sgnlp.simulation.protocol import AXES, REST_SPEED, REST_TURN, Experiment, calm, settled
 from sgnlp.simulation.settings import SAMPLE
 from sgnlp.simulation.world import ARM_INERTIA
 
@@ -124,12 +123,6 @@ def test_rest_is_looked_for_from_the_end_of_the_ramp_on_and_the_longest_wait_cou
     still = [REST] * 1000  # a hand whose setpoints have not yet pulled it away
     assert len(list(played(still, ramp=ramp).close())) == max(ramped, 1) + QUIET
     assert len(list(played(walk(999, 0.1, 0.0, 0.0), ramp=ramp, close_time=1.5).close())) == ramped + 150
-
-
-@pytest.mark.parametrize("a", [0.0, 1e-9, 1e-4, 0.3, 2.0, np.pi])
-def test_an_angle_is_that_of_the_rotation_from_zero_to_a_half_turn(a):
-    axis = np.array([0.6, 0.0, -0.8])
-    assert angle(Rotation.from_rotvec(a * axis).as_matrix()) == pytest.approx(a, rel=1e-6, abs=1e-15)
 
 
 # --- lift and hold ---------------------------------------------------------------------------------------------------

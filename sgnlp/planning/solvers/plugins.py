@@ -115,8 +115,8 @@ SHOWN = "daqp"
 """The QP solver for methods that name none: the others give the same steps."""
 STALLS = "does not get to 1e-3 in 3 s on a plan's problems"
 RARE = "gets to 1e-3 in 3 s on one in 42 of a plan's problems"
-INFEASIBLE = "asks for a feasible start, which a plan's constraints do not have"
-NO_DERIVATIVE = "asks for derivatives of the Jacobian, which a plan's functions do not have"
+INFEASIBLE = "needs a feasible start, which a plan does not have"
+NO_DERIVATIVE = "needs derivatives of the Jacobian, which a plan's functions do not have"
 
 
 def _row(name: str, plugin: str, options: Callable[..., Options], *about: Any, **fixed: Any) -> Entry:
