@@ -70,7 +70,7 @@ class FreeSpace(Checked):
     far_to: Positive = 0.05
     """and at most this far [m]"""
     far_share: Annotated[float, (0.0, 1.0)] = 0.5
-    """value of a far point over its distance to the hull"""
+    """value of a far point over its distance to the hull: the hull is larger than the object"""
     noise: Positive = 0.004
     """deviation of the value of a free point [m]"""
     prior_mean: Positive = 0.1
