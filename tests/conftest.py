@@ -29,16 +29,19 @@ import hypothesis  # noqa: E402
 import pytest  # noqa: E402
 
 LONGEST = (
-    "test_placement_functions",
     "test_pages",
     "test_batch",
     "test_cli",
     "test_nlp",
-    "test_report",
-    "test_observe",
-    "test_compiled",
+    "test_view",
+    "test_background",
+    "test_check_hand",
+    "test_draft",
     "test_benchmark",
     "test_docs",
+    "test_segment",
+    "test_solvers",
+    "test_compiled",
 )
 """The files that take long: they begin first, so that the processes end at the same time."""
 PROCESSES = 4

@@ -27,13 +27,17 @@ COVERED = (
 """Files of which there are mutations at least."""
 
 
-@pytest.mark.parametrize("mutation", TABLE, ids=lambda mutation: mutation.name)
-def test_a_mutation_has_its_text_in_one_place_and_leaves_a_file_that_can_be_read(mutation):
+def test_a_mutation_has_its_text_in_one_place_and_leaves_a_file_that_can_be_read():
+    assert [mutation.name for mutation in TABLE if not changes(mutation)] == []
+
+
+def changes(mutation: Mutation) -> bool:
+    """Whether the file can be read with the mutation, and then holds other code."""
     text = (ROOT / "sgnlp" / mutation.file).read_text(encoding="utf-8")
-    mutated = mutation.applied(text)
-    assert mutated != text
-    if mutation.file.endswith(".py"):  # C is compiled when it is run
-        assert ast.dump(ast.parse(mutated)) != ast.dump(ast.parse(text))
+    mutated = mutation.applied(text)  # which raises unless the text is there once
+    if not mutation.file.endswith(".py"):  # C is compiled when it is run
+        return mutated != text
+    return ast.dump(ast.parse(mutated)) != ast.dump(ast.parse(text))
 
 
 @cache

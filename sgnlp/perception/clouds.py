@@ -93,6 +93,12 @@ def check_truth(**values: float | None) -> None:
             raise InputError(f"'{key}' must be a positive number; found {value}")
 
 
+def check_scale(scale: float) -> None:
+    """Raise `InputError` for a scale that is not a positive number."""
+    if not (np.isfinite(scale) and scale > 0):
+        raise InputError(f"the scale must be a positive number; found {scale}")
+
+
 def mesh(vertices: object, faces: object) -> tuple[Array, IntArray]:
     """The vertices (U, 3) and faces (F, 3) of a triangle mesh, checked."""
     if vertices is None or faces is None:

@@ -28,7 +28,7 @@ ROTATION_SLACK = 1e-3
 """Largest deviation of a pose's rotation from an orthogonal matrix: poses have at least four digits."""
 
 Scalar = TypeVar("Scalar", bound=np.generic)
-
+Numbered = tuple[Array, IntArray] | None  # points (N, 3) and a number (N,) with each
 DEFAULTS = ObservationSettings()
 
 
@@ -175,18 +175,15 @@ def observe(
     Raises:
         InputError: the points cannot be the cloud of one graspable object on a table.
     """
-    if not (np.isfinite(scale) and scale > 0):
-        raise InputError(f"the scale must be a positive number; found {scale}")
     clouds.check_name(name)
     clouds.check_truth(mass=mass, friction=friction)
+    clouds.check_scale(scale)
     cloud, said = clouds.rows(points, "points")
     cameras = Cameras.of(len(cloud), view, view_names, camera_positions)
     options = (cameras.names, table_height, scale, views, settings)
     place = None if pose is None else checked_pose(pose)
     kept = cameras.pick(views)
-    clean = Cleaning(cloud, settings, [*notes, *said])
-    if camera_positions is not None and cameras.positions is None:
-        clean.notes.append("Ignored the camera positions: no view says which of them saw a point.")
+    clean = Cleaning(cloud, settings, [*notes, *said, *cameras.notes])
     clean.keep(np.isin(cameras.view, kept), "belong to views that were not chosen")
     clean.measured(scale, place)
     clean.drop_marks(table_height)
@@ -195,36 +192,43 @@ def observe(
     clean.thin()
     clean.drop_outliers()
     check_shape(clean.points, settings, table_height)
-    view = np.searchsorted(kept, cameras.view[clean.index])
     positions = None if cameras.positions is None else moved(cameras.positions[kept] * scale, place)
     _check_cameras(positions, table)
     around = cameras.background(background, background_view)
-    behind = None
-    if around is not None:
-        chosen = np.isin(around[1], kept)
-        behind = moved(around[0][chosen] * scale, place), np.searchsorted(kept, around[1][chosen])
     mesh = None if mesh_vertices is mesh_faces is None else clouds.mesh(mesh_vertices, mesh_faces)
     in_the_way = clouds.obstacles(obstacle_points, obstacle)
     given = (cloud, cameras.view, cameras.positions, *(around or ()), *(in_the_way or ()))
     digest = _digest(given, options if pose is None else (*options, pose))
     return Observation(
         points=_frozen(clean.points),
-        view=_frozen(view),
+        view=_frozen(np.searchsorted(kept, cameras.view[clean.index])),
         view_names=tuple(cameras.names[i] for i in kept),
         table_height=table,
         name=clouds.safe_name(name),
         digest=digest,
         camera_positions=None if positions is None else _frozen(positions),
-        background=None if behind is None else _frozen(behind[0]),
-        background_view=None if behind is None else _frozen(behind[1]),
-        mesh_vertices=None if mesh is None else _frozen(moved(mesh[0] * scale, place)),
-        mesh_faces=None if mesh is None else _frozen(mesh[1]),
         mass=mass,
         friction=friction,
-        obstacle_points=None if in_the_way is None else _frozen(moved(in_the_way[0] * scale, place)),
-        obstacle=None if in_the_way is None else _frozen(in_the_way[1]),
         notes=tuple(clean.notes),
+        **_placed(("background", "background_view"), _chosen(around, kept), scale, place),
+        **_placed(("mesh_vertices", "mesh_faces"), mesh, scale, place),
+        **_placed(("obstacle_points", "obstacle"), in_the_way, scale, place),
     )
+
+
+def _chosen(around: Numbered, kept: IntArray) -> Numbered:
+    """The points around the object that the chosen cameras measured, and which of these did."""
+    if around is None:
+        return None
+    chosen = np.isin(around[1], kept)
+    return around[0][chosen], np.searchsorted(kept, around[1][chosen])
+
+
+def _placed(names: tuple[str, str], given: Numbered, scale: float, place: Array | None) -> dict[str, Any]:
+    """Two fields of an `Observation` by name: points (N, 3), in metres and in the world, and the numbers with them."""
+    if given is None:
+        return {}
+    return dict(zip(names, (_frozen(moved(given[0] * scale, place)), _frozen(given[1])), strict=True))
 
 
 def world_pose(up: str, pose: Sequence[float] | None) -> Array | None:

@@ -17,6 +17,7 @@ class Cameras:
     view: IntArray  # (N,) index into names
     names: tuple[str, ...]  # (V,)
     positions: Array | None  # (V, 3)
+    notes: tuple[str, ...] = ()  # what was ignored
 
     @classmethod
     def of(cls, count: int, view: object, names: Sequence[str] | None, positions: object) -> "Cameras":
@@ -30,8 +31,9 @@ class Cameras:
         place = None if positions is None else floats(positions, "camera_positions", (None, 3))
         if place is not None and not np.isfinite(place).all():
             raise InputError("'camera_positions' must be finite")
+        notes: tuple[str, ...] = ()
         if view is None and place is not None and len(place) > 1:
-            place = None
+            place, notes = None, ("Ignored the camera positions: no view says which of them saw a point.",)
         if names is None and place is None:
             numbers, number = np.unique(number, return_inverse=True)
             names = [str(n) for n in numbers]
@@ -42,7 +44,7 @@ class Cameras:
             raise InputError(f"'camera_positions' has {len(place)} rows for {len(names)} views")
         if len(number) and (number.min() < 0 or number.max() >= len(names)):
             raise InputError(f"'view' must lie in 0..{len(names) - 1}; found {number.min()}..{number.max()}")
-        return cls(number, names, place)
+        return cls(number, names, place, notes)
 
     def background(self, points: object, view: object) -> tuple[Array, IntArray] | None:
         """The finite points (M, 3) that the cameras (M,) measured around the object.

@@ -43,18 +43,13 @@ def recompute(problem: Problem, at: Posture) -> tuple[Grasp, Array]:
     wrist, joints = at.wrist, at.joints
     a, s = frames(hand, wrist, joints)
     origins, root = link_origins(hand, wrist, joints), pin.XYZQUATToSE3(np.asarray(wrist, float))
-    o, k, K = at.targets, at.gains, contact.samples
+    o, k = at.targets, at.gains
     p = o + at.c[:, None] * (a - o)
     touching, tips, spheres = joints, p, s  # at first contact, if it is not planned
     if problem.settings.closing.planned and at.joints_contact is not None:
         touching = at.joints_contact
         tips, spheres = frames(hand, wrist, touching)
     R, t, rho = equilibrium(p, o, k, contact.mass, problem.com)
-    along = np.linspace(0.0, 1.0, K)[None, :, None]  # from the pregrasp tip to the target
-    path = (along * o[:, None] + (1 - along) * a[:, None]).reshape(-1, 3)
-    normals = gpis.normal(p)
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
-    feet = p - (hand.tip_radii * contact.pad)[:, None] * normals
     parts = Parts(
         wrist_position=root.translation,
         wrist_rotation=root.rotation,
@@ -75,19 +70,33 @@ def recompute(problem: Problem, at: Posture) -> tuple[Grasp, Array]:
         rotation=R,
         translation=t,
         stiffness=rho,
-        normals=normals,
-        gaps=gpis.distance(feet),
-        contact_deviations=gpis.distance_deviation(p),
-        path_distances=gpis.distance(path),
-        path_deviations=gpis.distance_deviation(path),
-        target_means=gpis.mean(o),
         sphere_distances=gpis.distance(s),
         link_distances_contact=gpis.distance(np.delete(spheres, hand.tip_spheres, axis=0)),
         obstacle_distances=_obstacle_distances(problem, root.rotation, s, spheres),
-        avoid_distances=problem.fields.avoid.distance(feet) if problem.around.avoid else np.zeros(0),
-        touch_distances=problem.fields.touch.distance(feet) if problem.around.touch else np.zeros(0),
+        **_at_fingers(problem, a, o, p),
     )
-    return assemble(parts, hand, SimpleNamespace(**problem.numbers()), K, contact.density, Numeric()), t
+    numbers = SimpleNamespace(**problem.numbers())
+    return assemble(parts, hand, numbers, contact.samples, contact.density, Numeric()), t
+
+
+def _at_fingers(problem: Problem, a: Array, o: Array, p: Array) -> dict[str, Array]:
+    """The fields of `Parts` that depend on surface and regions, at tips a, targets o and contacts p (m, 3) [m]."""
+    gpis, contact, fields = problem.gpis, problem.settings.contact, problem.fields
+    along = np.linspace(0.0, 1.0, contact.samples)[None, :, None]  # from the pregrasp tip to the target
+    path = (along * o[:, None] + (1 - along) * a[:, None]).reshape(-1, 3)
+    normals = gpis.normal(p)
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
+    feet = p - (problem.hand.tip_radii * contact.pad)[:, None] * normals
+    return {
+        "normals": normals,
+        "gaps": gpis.distance(feet),
+        "contact_deviations": gpis.distance_deviation(p),
+        "path_distances": gpis.distance(path),
+        "path_deviations": gpis.distance_deviation(path),
+        "target_means": gpis.mean(o),
+        "avoid_distances": fields.avoid.distance(feet) if problem.around.avoid else np.zeros(0),
+        "touch_distances": fields.touch.distance(feet) if problem.around.touch else np.zeros(0),
+    }
 
 
 def _obstacle_distances(problem: Problem, rotation: Array, spheres: Array, spheres_contact: Array) -> Array:

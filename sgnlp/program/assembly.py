@@ -54,6 +54,14 @@ class Parts:
     touch_distances: Any  # (m,) [m]
 
 
+TAKEN = (
+    *("wrist_position", "wrist_rotation", "links", "joints", "joints_contact", "arm"),
+    *("tips", "tip_errors", "reach_errors", "targets", "gains", "contacts", "contacts_eq", "rotation", "stiffness"),
+    *("normals", "gaps", "contact_deviations", "path_deviations", "target_means", "avoid_distances", "touch_distances"),
+)
+"""The parts that a `Grasp` has as they are."""
+
+
 class Arrays(Protocol):
     """The few operations in which arrays of CasADi and of NumPy differ."""
 
@@ -133,25 +141,11 @@ def assemble(parts: Parts, hand: Hand, given: SimpleNamespace, samples: int, den
     forces = xp.named("forces", xp.scaled(parts.gains, parts.targets - p))
     forces_eq = xp.named("forces_eq", xp.scaled(parts.gains, parts.targets - p_eq))
     return Grasp(
-        wrist_position=parts.wrist_position,
-        wrist_rotation=parts.wrist_rotation,
-        links=parts.links,
+        **{name: getattr(parts, name) for name in TAKEN},
         centre=given.com,
-        joints=parts.joints,
         reference=hand.reference,
-        tips=parts.tips,
-        tip_errors=parts.tip_errors,
-        joints_contact=parts.joints_contact,
-        arm=parts.arm,
-        reach_errors=parts.reach_errors,
-        targets=parts.targets,
-        gains=parts.gains,
-        contacts=p,
-        contacts_eq=p_eq,
         contacts_desired=centre + arms @ given.rotation_desired.T + xp.rows(given.displacement, m),
-        rotation=R,
         rotation_desired=given.rotation_desired,
-        stiffness=parts.stiffness,
         forces=forces,
         forces_eq=forces_eq,
         torques=parts.torques(forces),
@@ -159,18 +153,11 @@ def assemble(parts: Parts, hand: Hand, given: SimpleNamespace, samples: int, den
         effort=hand.effort,
         wrench=xp.wrench(forces, arms, weight),
         wrench_eq=xp.wrench(forces_eq, arms_eq, weight),
-        normals=parts.normals,
         normals_eq=xp.named("normals_eq", parts.normals @ R.T),
-        gaps=parts.gaps,
-        contact_deviations=parts.contact_deviations,
-        path_deviations=parts.path_deviations,
-        target_means=parts.target_means,
         friction=given.friction,
         force_min=given.force_min,
         path_samples=samples,
         density_share=density == "share",
-        avoid_distances=parts.avoid_distances,
-        touch_distances=parts.touch_distances,
         **_clearances(parts, hand, given, samples, xp),
         **_surroundings(parts, hand),
     )

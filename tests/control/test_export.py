@@ -17,7 +17,7 @@ from sgnlp.hand.hand import Hand, load_hand
 
 EIGEN = (Path(casadi.__file__).parent / "include" / "eigen3", Path("/usr/include/eigen3"))
 """CasADi's wheel brings Eigen's headers."""
-FLAGS = ("-std=c++17", "-O2", "-Wall", "-Wextra", "-Werror", "-Wno-deprecated-declarations")
+FLAGS = ("-std=c++17", "-Og", "-Wall", "-Wextra", "-Werror", "-Wno-deprecated-declarations")
 LAWS = {"impedance": Law(), "position": Law(control="position"), "other": Law("impedance", (1.0, -2.0, 3.0), 0.5, 2e-3)}
 CYCLES = 20
 
