@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import fields, is_dataclass
 from functools import partial
-from inspect import signature
 from io import StringIO
 from typing import Any, TypeVar, get_type_hints
 
@@ -22,14 +21,11 @@ Command = TypeVar("Command")
 HELPFUL = ("-h", "--help", "--tyro")
 """How arguments begin that ask about all flags: for help, or for the completions of a shell."""
 
-SHORT = "registry" in signature(tyro.cli).parameters
-"""Whether tyro (from 1.0 on) can leave sections out."""
-
 
 def parsed(command: type[Command], arguments: Sequence[str], prog: str, default: Command) -> Command:
     """The command with its flags; a `SystemExit`, after tyro has told why, if they are not valid."""
     parse = partial(tyro.cli, command, args=arguments, prog=prog, default=default)
-    if SHORT and not any(argument.startswith(HELPFUL) for argument in arguments):
+    if not any(argument.startswith(HELPFUL) for argument in arguments):
         registry, no_comments = _without_sections(command, arguments), tyro.conf.HelptextFromCommentsOff
         try:
             with redirect_stdout(StringIO()), redirect_stderr(StringIO()):

@@ -26,7 +26,7 @@ def test_what_is_left_out_is_as_the_preset_has_it(arguments, monkeypatch):
     monkeypatch.setattr(tyro, "cli", lambda *given, **flags: kept.append(flags) or parse(*given, **flags))
     found = cli._parsed(list(arguments))
     assert len(kept) == 1, "refused without the sections"
-    monkeypatch.setattr(parsing, "SHORT", False)
+    monkeypatch.setattr(parsing, "HELPFUL", ("",))  # every argument then asks for all flags
     assert found == cli._parsed(list(arguments))
 
 
@@ -34,7 +34,7 @@ def test_what_is_left_out_is_as_the_preset_has_it(arguments, monkeypatch):
 def test_so_it_is_for_every_preset(preset, monkeypatch):
     arguments = ["solve", "cloud.npz", "--preset", preset, "--weights.sp", "3"]
     found = cli._parsed(arguments)
-    monkeypatch.setattr(parsing, "SHORT", False)
+    monkeypatch.setattr(parsing, "HELPFUL", ("",))  # every argument then asks for all flags
     assert found == cli._parsed(arguments)
 
 
