@@ -10,6 +10,12 @@ PR_SET_PDEATHSIG = 1
 """The option of Linux's prctl(2) that sets the signal to send when the parent ends."""
 
 
+def follow_parent() -> None:
+    """Leave Ctrl-C to the parent of this process, and end with it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    die_with_parent()
+
+
 def die_with_parent() -> None:
     """Let the kernel kill this process when the thread that started it ends. Only Linux can do this.
 

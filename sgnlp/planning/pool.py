@@ -4,7 +4,6 @@ Processes and not threads: MUMPS is not thread-safe, and only a process can be k
 """
 
 import multiprocessing
-import signal
 import time
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import TimeoutError as FutureTimeout
@@ -21,7 +20,7 @@ from threadpoolctl import threadpool_limits
 
 from sgnlp.base import semaphores
 from sgnlp.base.errors import SgnlpError
-from sgnlp.base.processes import die_with_parent
+from sgnlp.base.processes import follow_parent
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution, solution
@@ -169,8 +168,7 @@ def _send(pipe: Connection, task: Callable[[Planner, Start], T], given: Given, s
 def _initialise(problem: Problem, solver: Solver | str | None) -> None:
     """Prepare a worker: the parent handles interrupts, and each process uses one thread."""
     global _given
-    die_with_parent()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    follow_parent()
     threadpool_limits(1)
     _given = problem, solver
     _planner.cache_clear()

@@ -26,7 +26,7 @@ from threadpoolctl import threadpool_limits
 
 from sgnlp.base import semaphores
 from sgnlp.base.errors import InputError, MachineError
-from sgnlp.base.processes import die_with_parent
+from sgnlp.base.processes import follow_parent
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -68,7 +68,7 @@ class Workers:
                 self._executor = self._client.get_executor(pure=False)
             elif self._executor is None:
                 loky = import_module("joblib.externals.loky")
-                self._executor = loky.ProcessPoolExecutor(self.window, initializer=die_with_parent)
+                self._executor = loky.ProcessPoolExecutor(self.window, initializer=follow_parent)
             return self._executor.submit(function, item)
 
     def regain(self) -> None:

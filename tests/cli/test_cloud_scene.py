@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from archives import unpacked
 from PIL import Image
 from tabletops import SMALL, Tabletop, random_bodies, seen
 
@@ -43,7 +44,7 @@ def cloud(*arguments: str) -> int:
 
 def body_of(top: Tabletop, file: str, transform: bool = True) -> int:
     """The body that the points of a problem file are of: those within 5 mm of its box."""
-    data = np.load(file)
+    data = unpacked(file)
     to_world = top.pose @ np.linalg.inv(data["transform"]) if transform else np.eye(4)
     points = data["points"] @ to_world[:3, :3].T + to_world[:3, 3]
     inside = [
@@ -69,14 +70,14 @@ def test_several_objects_and_no_choice_are_listed_with_how_to_choose(files, capf
 
 def test_each_way_to_choose_takes_the_same_object(files, top, capfd):
     assert cloud(*IMAGE, "--pick", 2, "--out", "picked.npz") == codes.FEASIBLE
-    data = np.load("picked.npz")
+    data = unpacked("picked.npz")
     scene = sgnlp.segment(sgnlp.DepthImage(np.array(Image.open("scene.png")), None, top.camera.intrinsics, unit=0.001))
     v, u = np.argwhere(scene.pixels(2)[0])[100]
     place = map(str, data["points"].mean(axis=0))
     assert cloud(*IMAGE, "--pixel", u, v, "--out", "at.npz") == codes.FEASIBLE
     assert cloud(*IMAGE, "--near", *place, "--out", "near.npz") == codes.FEASIBLE
     for other in ("at.npz", "near.npz"):
-        np.testing.assert_array_equal(np.load(other)["points"], data["points"])
+        np.testing.assert_array_equal(unpacked(other)["points"], data["points"])
     assert body_of(top, "picked.npz") == int(np.bincount(top.labels[scene.pixels(2)[0]]).argmax()) - 1
 
 
@@ -88,13 +89,13 @@ def test_the_written_file_is_an_observation_with_camera_table_and_obstacles(file
     assert set(np.unique(observation.obstacle)) >= {2, 3}
     assert any(note.startswith("No pose is given") for note in observation.notes)
     assert not [note for note in observation.notes if "Ignored the unknown keys" in note]
-    assert np.load("object.npz")["transform"].shape == (4, 4)
+    assert unpacked("object.npz")["transform"].shape == (4, 4)
 
 
 def test_several_numbers_are_parts_of_one_object(files, capfd):
     for numbers in ((1,), (3,), (1, 3)):
         assert cloud(*IMAGE, "--pick", *numbers, "--out", f"{'_'.join(map(str, numbers))}.npz") == codes.FEASIBLE
-    both, parts = np.load("1_3.npz"), [np.load("1.npz"), np.load("3.npz")]
+    both, parts = unpacked("1_3.npz"), [unpacked("1.npz"), unpacked("3.npz")]
     np.testing.assert_array_equal(both["points"], np.concatenate([part["points"] for part in parts]))
     assert set(both["obstacle"]) == {2}
     assert "1_3: cluster 1 and 3, " in capfd.readouterr().out
@@ -105,7 +106,7 @@ def test_all_objects_are_written_into_a_folder(files, top, capfd):
     names = sorted(path.name for path in Path("mugs").iterdir())
     assert names == ["mugs_1.npz", "mugs_2.npz", "mugs_3.npz"]
     assert sorted(body_of(top, f"mugs/{name}", transform=False) for name in names) == [0, 1, 2]
-    assert str(np.load("mugs/mugs_2.npz")["name"]) == "mugs_2"
+    assert str(unpacked("mugs/mugs_2.npz")["name"]) == "mugs_2"
 
 
 def test_the_only_object_needs_no_choice(files, capfd):
@@ -151,11 +152,11 @@ def test_a_pose_and_an_axis_are_those_of_solve(files, top):
     numbers = map(str, top.pose.ravel())
     assert cloud("own.npy", "--pose", *numbers, "--near", 0, 0, 0, "--out", "posed.npz") == codes.FEASIBLE
     body_of(top, "posed.npz", transform=False)
-    np.testing.assert_allclose(np.load("posed.npz")["camera_positions"], top.pose[None, :3, 3], atol=1e-9)
+    np.testing.assert_allclose(unpacked("posed.npz")["camera_positions"], top.pose[None, :3, 3], atol=1e-9)
     world = (top.own @ top.pose[:3, :3].T + top.pose[:3, 3])[np.isfinite(top.own[..., 2])]
     np.save("y_up.npy", world[:, [0, 2, 1]] * [1, 1, -1])
     assert cloud("y_up.npy", "--up", "y", "--near", 0, 0, 0, "--out", "up.npz") == codes.FEASIBLE
-    assert np.load("up.npz")["table_height"] == pytest.approx(0.0, abs=1e-3)
+    assert unpacked("up.npz")["table_height"] == pytest.approx(0.0, abs=1e-3)
 
 
 def test_a_picture_shows_the_numbers(files, capfd):

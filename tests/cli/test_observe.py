@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from archives import unpacked
 from box import BOX
 
 from sgnlp import load
@@ -60,8 +61,8 @@ def test_the_same_seed_gives_the_same_file_and_settling_another_pose(read_at_onc
     slab = obj(Mesh(BOX.vertices * [1, 1.5, 0.5], BOX.faces), "slab.obj")
     for out, flags in {"a": [], "b": [], "c": ["--seed", 1, "--ring.points", 500, "--views", 1]}.items():
         assert observed(slab, "--out", f"sub/{out}.npz", "--settle", *flags) == codes.FEASIBLE
-    arrays = [np.load(f"sub/{name}.npz") for name in "abc"]
-    assert all(arrays[0][key].tobytes() == arrays[1][key].tobytes() for key in arrays[0].files if key != "name")
+    arrays = [unpacked(f"sub/{name}.npz") for name in "abc"]
+    assert all(arrays[0][key].tobytes() == arrays[1][key].tobytes() for key in arrays[0] if key != "name")
     assert arrays[0]["mesh_vertices"].tobytes() != arrays[2]["mesh_vertices"].tobytes()
     assert np.bincount(arrays[2]["view"]).tolist() == [500]
     for file in arrays:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from archives import unpacked
 from PIL import Image
 from scipy.spatial.transform import Rotation
 
@@ -140,14 +141,14 @@ def test_the_command_writes_the_cloud_that_the_images_show(files, capfd):
     observation = sgnlp.load("box.npz")
     assert (observation.name, observation.view_names, observation.table_height) == ("box", ("0", "1"), 0.0)
     exact = arrays([FRONT, BACK])["points"]
-    np.testing.assert_allclose(np.load("box.npz")["points"], exact, atol=1e-4)
+    np.testing.assert_allclose(unpacked("box.npz")["points"], exact, atol=1e-4)
 
 
 def test_a_depth_in_metres_is_read_from_npy(files):
     np.save("depth_0.npy", FRONT.depth)
     arguments = ["depth_0.npy", "--masks", "mask_0.png", "--cameras", "camera_0.json", "--unit", "1"]
     assert run(["cloud", *arguments]) == codes.FEASIBLE
-    np.testing.assert_allclose(np.load("object.npz")["points"], FRONT.points()[FRONT.mask], atol=1e-12)
+    np.testing.assert_allclose(unpacked("object.npz")["points"], FRONT.points()[FRONT.mask], atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -308,7 +309,7 @@ def test_a_label_chooses_in_each_mask(files, capfd):
     names = ["depth_0.png", "depth_1.png", "--masks", "labels.png", "mask_1.png"]
     command = ["cloud", *names, "--cameras", "camera_0.json", "camera_1.json", "--unit", "0.0001"]
     assert run([*command, "--label", "5", "255"]) == codes.FEASIBLE
-    assert np.bincount(np.load("object.npz")["view"]).tolist() == [FRONT.mask.sum(), BACK.mask.sum()]
+    assert np.bincount(unpacked("object.npz")["view"]).tolist() == [FRONT.mask.sum(), BACK.mask.sum()]
     assert run(command) == codes.BAD_INPUT
     assert run([*command, "--label", "1", "2", "3"]) == codes.BAD_INPUT
     errors = capfd.readouterr().err
@@ -322,7 +323,7 @@ def test_of_a_palette_the_index_counts_not_the_colour(files, capfd):
         palette.putpalette(colours)
         palette.save("palette.png")
         assert one("depth_0.png", "palette.png", "camera_0.json", "--unit", "0.0001") == codes.FEASIBLE
-        assert len(np.load("one.npz")["points"]) == FRONT.mask.sum()
+        assert len(unpacked("one.npz")["points"]) == FRONT.mask.sum()
     palette.putpalette([255, 255, 255, 0, 0, 0])
     palette.save("palette.png")
     assert one("depth_0.png", "palette.png") == codes.BAD_INPUT

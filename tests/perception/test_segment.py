@@ -5,6 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from archives import unpacked
 from scipy.spatial.transform import Rotation
 from tabletops import SMALL, TABLE, Tabletop, random_bodies, seen, shares, slab
 
@@ -240,8 +241,8 @@ def test_the_same_scene_gives_the_same_bits():
 
 def test_real_clouds_are_one_object_each_on_a_table_known_or_assumed(real_clouds):
     for file in real_clouds:
-        data = np.load(file)
-        views = [data[key].astype(float) for key in sorted(data.files) if key.startswith("points_")]
+        data = unpacked(file)
+        views = [data[key].astype(float) for key in sorted(data) if key.startswith("points_")]
         for table in (0.0, None):
             for given in (views, views[0]):
                 scene = segment(given, table_height=table)

@@ -14,7 +14,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from sgnlp.base.errors import SgnlpError
-from sgnlp.base.processes import die_with_parent
+from sgnlp.base.processes import follow_parent
 
 WALL_FACTOR = 60.0
 """A process that sends nothing for this many times its limit of processor time hangs: no machine is that busy."""
@@ -73,9 +73,8 @@ def apart(work: Callable[[Send], None], seconds: float) -> tuple[list[Any], str]
 
 
 def _child(work: Callable[[Send], None], pipe: Connection) -> None:
-    die_with_parent()
+    follow_parent()
     faulthandler.disable()  # a crash is reported by its reason
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGPROF, signal.SIG_DFL)
     silence = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
