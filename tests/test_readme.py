@@ -166,6 +166,9 @@ def test_what_is_said_of_starts_is_so():
     starts, feasible = (sum(int(row[column]) for row in counted) for column in ("starts", "feasible_starts"))
     assert says("formulations", f"{feasible} of the {starts} starts of")
     assert round(starts / (starts - feasible), -1) == 20
+    later = [row for row in rows("rounds") if int(row["starts"]) > 7]
+    assert (len(rows("rounds")), len(later)) == (49, 3)
+    assert [-(-int(row["starts"]) // 7) for row in later if row["feasible"] == "True"] == [5]
     planned = rows("robust")
     starts, feasible = (sum(int(row[column]) for row in planned) for column in ("starts", "feasible"))
     assert round(starts / (starts - feasible)) == 8
