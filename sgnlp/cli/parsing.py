@@ -1,8 +1,8 @@
 """A command from its arguments, by tyro.
 
 Tyro builds a parser of all flags for every call: a command that plans has 150 of them, two thirds of which are settings
-in sections, and most calls name none or one of the sections. The others are left out, for half of the time. What is
-refused then, and help, is parsed again with all flags: only this tells the user something.
+in sections, and most calls name none or one of the sections. The others are left out, which takes half of the time. A
+call for help, and arguments that are refused, are parsed with all flags. Only these messages reach the user.
 """
 
 from collections.abc import Sequence

@@ -39,7 +39,7 @@ class Described(Protocol):
 
 @functools.cache
 def _loader() -> coal.MeshLoader:
-    """What reads a file once, while it does not change, for all links, hands and arms with it: 5-20 MB a hand."""
+    """A loader that reads an unchanged file once, for all links, hands and arms: 5 to 20 MB for a hand."""
     return coal.CachedMeshLoader()
 
 

@@ -1,4 +1,4 @@
-"""When a search for grasps ends: after the round that gave one, with enough of them, or at a deadline."""
+"""When a search for grasps ends: after the first round with a feasible one, with enough of them, or at a deadline."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -10,8 +10,8 @@ from sgnlp.planning.solution import Solution
 ENOUGH = "left out: enough grasps were found"
 """Why a start was not solved, or its solution not kept."""
 ROUNDS = 5
-"""Of starts at most. From one view of a tuning object the first feasible start is the thirtieth, in the fifth round of
-seven (cracker_2); two other objects have none in eight rounds, and each round takes as long as the first."""
+"""Largest number of rounds. From one view, three tuning objects have no feasible start in the first round of seven: one
+of them, cracker_2, has one in the fifth, the others have none in five (`results/rounds`)."""
 LEFT = (ENOUGH, TOO_LATE)
 """Why a start gave no solution that can still be tried."""
 
