@@ -8,7 +8,9 @@
 // Joints are in the order of names(). Frames, units and equations: docs/pages/howto/controller.md.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <fstream>
