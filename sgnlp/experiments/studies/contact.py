@@ -38,6 +38,7 @@ STEPS: Mapping[str, Mapping[str, Any]] = {
     "with E_uncer": MOVING | {"weights.uncer": Weights().uncer, "smoothing.deviation": UNSURE.deviation},
     "links 4 mm clear": MOVING | {"closing.margin": 0.004},
     "little motion": {},
+    "gap of 20 mm": {"limits.place_error": 0.02},
 }
 """Each step's changes of the preset `robust`, which is "little motion"."""
 
