@@ -109,7 +109,7 @@ class Ended:
     deadline: Annotated[float | None, POSITIVE] = None
     """end so long after the cloud was read, with the best known by then [s]"""
     rounds: Annotated[int, POSITIVE] = ROUNDS
-    """where no start has ended feasible, try as many more, up to so many rounds of them"""
+    """where no start has ended feasible, but one near, try as many more, up to so many rounds of them"""
 
     @property
     def ending(self) -> Ending:

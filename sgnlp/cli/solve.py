@@ -23,6 +23,9 @@ from sgnlp.planning.plan import Plan
 from sgnlp.planning.solve import solve
 from sgnlp.show import tables
 
+MORE = 4
+"""Where no grasp is feasible, so many times the starts that were tried are proposed."""
+
 
 @dataclass(kw_only=True)
 class Solve(Abstaining, Ended, Extending, Surrounding, Observing):
@@ -137,7 +140,8 @@ def _show(
 def _next(plan: Plan, folder: Path) -> list[str]:
     """What to do now."""
     if plan.best is None:
-        return ["next:  --solver.formulation elastic tells by how much constraints are missed; --rounds 20 tries more"]
+        more = f"--starts {MORE * plan.tried} tries more"
+        return [f"next:  --solver.formulation elastic tells by how much constraints are missed; {more}"]
     return [
         f"next:  sgnlp view {folder}      look at the grasp",
         f"       sgnlp report {folder}    read about it",

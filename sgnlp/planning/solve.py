@@ -114,7 +114,7 @@ def solve(
             not depend on `jobs`; None for all.
         deadline: end so long after the call [s], with the best known by then; None for never. Fitting the surface, and
             building the functions of the first plan of a process, are not interrupted.
-        rounds: where some starts have ended, but none feasible, try `count` more, up to so many rounds. 1 tries no
+        rounds: where no start has ended feasible, but one near, try `count` more, up to so many rounds. 1 tries no
             more.
         progress: called with each result as it comes.
 

@@ -119,10 +119,11 @@ def test_quiet_prints_nothing_and_a_few_invalid_points_are_dropped_and_counted(w
 
 def test_it_ends_with_1_where_no_start_is_feasible_and_says_what_fails(cloud, capfd):
     force = ["--limits.force-min", 1000, "--limits.force-max", 2000]  # gains end at 400 N/m
-    few = ["--starts", 1, "--rounds", 2, "--solver.max-iterations", 20]
+    few = ["--starts", 1, "--rounds", 2, "--solver.max-iterations", 20]  # so far off, no round follows
     assert solve(cloud, *force, *few, *SMALL_FLAGS) == codes.NONE_FEASIBLE
     out = capfd.readouterr().out
-    assert "ellipsoid: 0 of 2 starts feasible" in out
+    assert "ellipsoid: 0 of 1 starts feasible" in out
+    assert "--starts 4 tries more" in out
     summary = json.loads(Path("results/ellipsoid/summary.json").read_text(encoding="utf-8"))
     assert summary["best"] is None
     assert all("force" in start["violated"] for start in summary["starts_table"])

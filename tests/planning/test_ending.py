@@ -16,7 +16,7 @@ from scenes import SMALL, hand, observation, posed
 
 from sgnlp.base.errors import InputError, SolverError
 from sgnlp.base.settings import Solver
-from sgnlp.planning.ending import ENOUGH, Ending
+from sgnlp.planning.ending import ENOUGH, NEAR, Ending
 from sgnlp.planning.faraway import moved_cloud
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.planner import Planner
@@ -24,6 +24,7 @@ from sgnlp.planning.pool import TOO_LATE, Failure, map_starts, solve_start
 from sgnlp.planning.solution import Solution
 from sgnlp.planning.solve import improve, solve
 from sgnlp.planning.starts import Start, starts
+from sgnlp.planning.violations import Violation
 
 STARTS = 3
 FOREVER = 1e8
@@ -183,6 +184,24 @@ def test_no_round_follows_one_of_which_every_start_failed(monkeypatch):
     plan = solve(observation(), hand(), SMALL, count=2, jobs=1)
     assert [failure.start for failure in plan.failures] == [0, 1]
     assert not plan.solutions
+
+
+@dataclass(frozen=True)
+class Off:
+    """Solves a start, which ends infeasible; its worst row is violated by this, in the row's scale."""
+
+    size: float
+
+    def __call__(self, planner: Planner, start: Start) -> Solution:
+        violated = Violation("contact[index]", 10 * self.size, 0.0, "mm", self.size)
+        return replace(Failing(100)(planner, start), violations=(violated,))
+
+
+@pytest.mark.parametrize(("size", "tried"), [(0.9 * NEAR, 3), (1.1 * NEAR, 1)])
+def test_a_round_follows_only_where_a_start_comes_near(monkeypatch, size, tried):
+    monkeypatch.setattr("sgnlp.planning.pool.solve_start", Off(size))
+    plan = solve(observation(), hand(), SMALL, count=1, jobs=1, rounds=3)
+    assert (plan.tried, len(plan.solutions)) == (tried, tried)
 
 
 def test_no_round_begins_after_the_deadline(monkeypatch):
