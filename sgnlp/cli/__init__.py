@@ -13,6 +13,7 @@ import operator
 import sys
 from functools import reduce
 from importlib import import_module
+from itertools import pairwise
 from typing import Annotated, Any
 
 import tyro
@@ -20,7 +21,7 @@ from rich.console import Console
 from rich.text import Text
 
 from sgnlp import __version__
-from sgnlp.base.errors import MachineError, SgnlpError, gives_out
+from sgnlp.base.errors import InputError, MachineError, SgnlpError, gives_out
 from sgnlp.base.presets import PRESETS, VARIANTS
 from sgnlp.cli import codes, interrupts, streams
 from sgnlp.cli.parsing import parsed
@@ -56,6 +57,9 @@ def command(name: str) -> Any:
 def _parsed(arguments: list[str]) -> Any:
     """The command in the arguments, parsed; commands that plan take their defaults from the preset."""
     beginning = import_module("sgnlp.cli.flags").beginning  # which imports all that plans
+    for flag, value in pairwise(["", *arguments]):
+        if not value:  # of a variable of the shell that is not set; as a path it would be the current folder
+            raise InputError(f"{flag if flag.startswith('-') else 'an argument'} is empty")
     preset = _preset(arguments)
     if arguments and arguments[0] in COMMANDS:
         chosen, prog = command(arguments[0]), f"sgnlp {arguments[0]}"

@@ -63,6 +63,8 @@ class Cloud(Checked):
     def run(self, console: Console) -> int:
         """Read the files, unproject or cluster, save."""
         check_problem_file(self.out)
+        if any(file.exists() and self.out.exists() and file.samefile(self.out) for file in self.files):
+            raise InputError(f"--out is the input '{self.out}', which it would replace; name another file")
         return self._marked(console) if self.masks else self._parted(console)
 
     def _parted(self, console: Console) -> int:

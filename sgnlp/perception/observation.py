@@ -19,6 +19,7 @@ from sgnlp.base.checked import Checked, Positive
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.perception import clouds
 from sgnlp.perception.cleaning import Cleaning, ObservationSettings, check_shape, moved
+from sgnlp.perception.plausible import check_cameras, check_obstacles
 from sgnlp.perception.views import Cameras
 
 Up = Literal["x", "y", "z", "minus-x", "minus-y", "minus-z"]
@@ -193,10 +194,11 @@ def observe(
     clean.drop_outliers()
     check_shape(clean.points, settings, table_height)
     positions = None if cameras.positions is None else moved(cameras.positions[kept] * scale, place)
-    _check_cameras(positions, table)
+    check_cameras(positions, clean.points, table)
     around = cameras.background(background, background_view)
     mesh = None if mesh_vertices is mesh_faces is None else clouds.mesh(mesh_vertices, mesh_faces)
     in_the_way = clouds.obstacles(obstacle_points, obstacle)
+    check_obstacles(moved(in_the_way[0] * scale, place) if in_the_way else None, clean.points)
     given = (cloud, cameras.view, cameras.positions, *(around or ()), *(in_the_way or ()))
     digest = _digest(given, options if pose is None else (*options, pose))
     return Observation(
@@ -271,16 +273,6 @@ def checked_pose(value: ArrayLike) -> Array:
     if not (rigid and np.array_equal(pose[3], [0, 0, 0, 1])):
         raise InputError("the pose must be [[R, t], [0 0 0 1]] with a rotation matrix R, camera to world")
     return pose
-
-
-def _check_cameras(positions: Array | None, table: float) -> None:
-    """Refuse cameras below the table: they see nothing on it."""
-    if positions is not None and (positions[:, 2] < table).any():
-        lowest = float(positions[:, 2].min())
-        raise InputError(
-            f"a camera at z = {lowest:.3f} m is below the table at {table:.3f} m: are the coordinates a camera's own "
-            "(--pose), or is another axis up (--up)?"
-        )
 
 
 def _digest(arrays: Iterable[Array | IntArray | None], options: object) -> str:

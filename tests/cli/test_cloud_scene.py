@@ -116,6 +116,14 @@ def test_the_only_object_needs_no_choice(files, capfd):
     assert "one: cluster 1" in capfd.readouterr().out
 
 
+def test_a_cloud_is_not_written_over_itself(files, capfd):
+    np.savez("own.npz", points=np.load("own.npy").reshape(-1, 3))
+    before = Path("own.npz").read_bytes()
+    assert cloud("own.npz", "--out", "own.npz") == codes.BAD_INPUT
+    assert "--out is the input 'own.npz'" in capfd.readouterr().err
+    assert Path("own.npz").read_bytes() == before
+
+
 @pytest.mark.parametrize("kind", ["npy", "npz", "xyz", "ply", "pcd"])
 def test_clouds_of_every_kind_are_scenes(files, top, kind):
     points = top.own[np.isfinite(top.own[..., 2])]

@@ -1,0 +1,49 @@
+"""Whether cameras and obstacles can be where a file has them: in the unit and the frame of the points."""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from sgnlp.base.arrays import Array
+from sgnlp.base.errors import InputError
+from sgnlp.perception.depth_checks import NEAREST
+
+FAR = 10.0
+"""No camera that measures an object, and nothing that is in its way, is as far from it as this [m]."""
+SAME, MOST_SAME = 1e-4, 0.5
+"""A point is there twice if another one is this near [m]. Obstacles that have more than this share of the object's
+points are the scene from which the object was not cut out."""
+FRAME = "must be in the unit and frame of the points"
+
+
+def check_cameras(positions: Array | None, points: Array, table: float) -> None:
+    """Raise `InputError` for cameras (V, 3) below the table, in the cloud (n, 3), or too far from it, all in metres."""
+    if positions is None:
+        return
+    lowest = float(positions[:, 2].min())
+    if lowest < table:
+        raise InputError(
+            f"a camera at z = {lowest:.3f} m is below the table at {table:.3f} m: are the coordinates a camera's own "
+            "(--pose), or is another axis up (--up)?"
+        )
+    away = np.asarray(cKDTree(points).query(positions)[0])
+    if away.min() < NEAREST:
+        raise InputError(
+            f"a camera is {1e3 * away.min():.0f} mm from the cloud, nearer than {1e3 * NEAREST:.0f} mm: "
+            f"'camera_positions' {FRAME}; leave them out if they are not known"
+        )
+    if away.max() > FAR:
+        raise InputError(
+            f"a camera is {away.max():.0f} m from the cloud, more than {FAR:g} m: 'camera_positions' {FRAME}"
+        )
+
+
+def check_obstacles(obstacles: Array | None, points: Array) -> None:
+    """Raise `InputError` if points of obstacles (M, 3) are far from the object's (n, 3), or are the object's own."""
+    if obstacles is None or not len(obstacles):
+        return
+    away = np.asarray(cKDTree(obstacles).query(points)[0])
+    if away.min() > FAR:
+        raise InputError(f"'obstacle_points' are {away.min():.0f} m from the object, more than {FAR:g} m; they {FRAME}")
+    share = float((away < SAME).mean())
+    if share > MOST_SAME:
+        raise InputError(f"'obstacle_points' have {share:.0%} of the object's own points; leave those out")

@@ -1,0 +1,44 @@
+"""Cameras and obstacles in another unit or frame than the points are refused."""
+
+import numpy as np
+import pytest
+
+from sgnlp.base.errors import InputError
+from sgnlp.perception.plausible import check_cameras, check_obstacles
+
+POINTS = np.random.default_rng(0).uniform([-0.05, -0.05, 0.0], [0.05, 0.05, 0.1], (500, 3))
+"""A cloud of 10 cm on a table at height 0."""
+
+
+def test_cameras_half_a_metre_away_and_none_at_all_are_taken():
+    check_cameras(np.array([[0.3, 0.0, 0.4], [-0.3, 0.2, 0.5]]), POINTS, 0.0)
+    check_cameras(None, POINTS, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("place", "said"),
+    [
+        ([0.0, 0.0, 0.05], "mm from the cloud, nearer than 70 mm"),
+        ([0.0, 0.0, 0.16], "mm from the cloud, nearer than 70 mm"),
+        ([300.0, 0.0, 400.0], "m from the cloud, more than 10 m"),
+        ([0.3, 0.0, -0.1], "below the table"),
+    ],
+)
+def test_a_camera_in_the_cloud_far_from_it_or_below_the_table_is_refused(place, said):
+    with pytest.raises(InputError, match=said):
+        check_cameras(np.array([[0.3, 0.0, 0.4], place]), POINTS, 0.0)
+
+
+def test_obstacles_beside_the_object_and_some_of_its_points_among_them_are_taken():
+    check_obstacles(np.vstack([POINTS[:100], np.add(POINTS, [0.2, 0.0, 0.0])]), POINTS)
+    check_obstacles(np.zeros((0, 3)), POINTS)
+    check_obstacles(None, POINTS)
+
+
+@pytest.mark.parametrize(
+    ("obstacles", "said"),
+    [(1e3 * POINTS + 2e4, "from the object, more than 10 m"), (POINTS, "100% of the object's own")],
+)
+def test_obstacles_in_another_unit_or_the_object_itself_are_refused(obstacles, said):
+    with pytest.raises(InputError, match=said):
+        check_obstacles(obstacles, POINTS)
