@@ -198,6 +198,7 @@ def test_the_parts_of_a_file_have_its_hash_in_the_key_of_compiled_functions(file
     [
         ("import nothing_there", "fails: ModuleNotFoundError: No module named 'nothing_there'"),
         ("TERMS = [", "fails: SyntaxError"),
+        ("import sys\nsys.exit(0)", "fails: SystemExit: 0"),
         ("x = 1", "defines none of TERMS, CONSTRAINTS"),
         ("TERMS = 3", "TERMS in .* must be a list, not int"),
         ("import sgnlp\nTERMS = [sgnlp.Term]", "TERMS in .* needs Term objects, not Term, a class; call it"),

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any, TypeVar
 
 from sgnlp.base.errors import InputError, unknown
@@ -19,6 +20,8 @@ from sgnlp.surface.kernel import Kernel
 from sgnlp.surface.kernels import KERNELS
 
 Part = TypeVar("Part", Term, Constraint)
+CHECKS = ("joint_limits", "arm_limits", "arm_effort", "way", "stable")
+"""Checks of every plan that are not constraints (`sgnlp.planning.solution`)."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,19 @@ class Additions:
     kernel: type[Kernel] | None = None  # else that of the settings
 
     def __post_init__(self) -> None:
-        """Refuse a kernel that is not a class, or that has the name of a built-in one."""
+        """Refuse what is no term, constraint or kernel, or has a name that something built-in needs."""
+        for term in self.terms:
+            _check("term", term, Term)
+            if not isfinite(term.weight):
+                raise InputError(f"term '{term.name}' has the weight {term.weight}; valid: a finite number")
+        for constraint in self.constraints:
+            _check("constraint", constraint, Constraint)
+            if constraint.name in CHECKS:
+                raise InputError(
+                    f"a check of every plan is called '{constraint.name}'; give the constraint another name"
+                )
+            if not (constraint.bounded or str(constraint.value.__module__).startswith("sgnlp.")):
+                raise InputError(f"constraint '{constraint.name}' bounds nothing; give it lower, upper or both")
         if self.kernel is None:
             return
         if not (isinstance(self.kernel, type) and issubclass(self.kernel, Kernel)):
@@ -74,6 +89,15 @@ class Additions:
 
 
 NOTHING = Additions()
+
+
+def _check(kind: str, part: Any, of: type[Term] | type[Constraint]) -> None:
+    """Raise `InputError` for what is no term or constraint, or has no name."""
+    if not isinstance(part, of):
+        told = f"the class {part.__name__}; call it" if isinstance(part, type) else f"{part!r:.60}"
+        raise InputError(f"a {kind} must be a `sgnlp.{of.__name__}`, not {told}")
+    if not (isinstance(part.name, str) and part.name):
+        raise InputError(f"a {kind} is called {part.name!r}; its name must be a text that is not empty")
 
 
 def _joined(kind: str, ours: Sequence[Part], theirs: Sequence[Part], without: Collection[str]) -> tuple[Part, ...]:

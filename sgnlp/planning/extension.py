@@ -72,7 +72,7 @@ def _additions(given: Extension) -> Additions:
     try:
         with _beside(Path(given.file).parent):
             exec(compile(given.text, given.file, "exec"), vars(module))
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         line = str(error).splitlines()[0] if str(error) else ""
         raise InputError(f"'{given.file}' fails: {type(error).__name__}: {line}") from None
     found: dict[str, Any] = {}

@@ -19,7 +19,7 @@ from pebble import CONSTS, ProcessExpired, ProcessPool
 from threadpoolctl import threadpool_limits
 
 from sgnlp.base import semaphores
-from sgnlp.base.errors import SgnlpError
+from sgnlp.base.errors import SgnlpError, SolverError
 from sgnlp.base.processes import follow_parent
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import Problem
@@ -182,4 +182,7 @@ def _planner() -> Planner:
 
 
 def _run(task: Callable[[Planner, Start], T], start: Start) -> T:
-    return task(_planner(), start)
+    try:
+        return task(_planner(), start)
+    except SystemExit as error:  # it would end the parent
+        raise SolverError(f"a solver, term or constraint called sys.exit({error.code})") from None

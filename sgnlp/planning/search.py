@@ -8,6 +8,7 @@ from math import inf
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.perception.observation import Observation
+from sgnlp.planning.agreement import agree
 from sgnlp.planning.confidence import with_confidence
 from sgnlp.planning.faraway import moved_problem, moved_solution
 from sgnlp.planning.pool import Failure, solve_all
@@ -50,6 +51,11 @@ class Search:
     def order(self) -> list[int]:
         """The indices of the starts that can be solved."""
         return [start.index for start in self._reachable[0]]
+
+    def agree(self) -> None:
+        """Raise `InputError` if a term or constraint of the user's own means other things in CasADi and NumPy."""
+        for start in self._reachable[0][:1]:
+            agree(self.problem, start)
 
     def results(self, known: Collection[int] = (), until: float = inf) -> Generator[Result]:
         """The result of every start, but for those of which it is known, as they end; see `pool.map_starts`."""

@@ -157,6 +157,7 @@ def searched(
     """
     solver = settled(asked.additions.solver, asked.settings.solver)
     search = Search(*near, solver, asked.count, asked.seed, asked.jobs, asked.timeout)
+    search.agree()
     fitted, deadline = time.perf_counter(), asked.ending.deadline
     until = inf if deadline is None else begin + deadline
     search, results = _rounds(search, asked.ending, until, progress)

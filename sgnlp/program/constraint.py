@@ -152,7 +152,7 @@ class Constraint:
     def check(self, g: Grasp, rows: Sequence[str] = ()) -> Check | None:
         """The exact check of a grasp, without any smoothing; None if there is no row. `rows` are their names."""
         assert self.tolerance is not None
-        values = np.asarray(self.value(g, Exact()), dtype=float).ravel()
+        values = np.asarray(self.value(g, Exact()), dtype=float).ravel(order="F")
         if not values.size:
             return None
         excess = np.maximum(self.lower - values, values - self.upper)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from functools import lru_cache
 
+from sgnlp.base.errors import unknown
 from sgnlp.hand.hand import Hand
 from sgnlp.program.carried import far_spheres, near_spheres
 from sgnlp.program.constraint import Constraint
@@ -63,7 +64,12 @@ def row_names(hand: Hand, constraints: Sequence[Constraint], sizes: Sequence[int
 
 def rows_of(hand: Hand, constraint: Constraint, size: int) -> list[str]:
     """The names of the `size` rows of a constraint."""
-    over = labels(hand)[constraint.over]
+    known = labels(hand)
+    if constraint.over not in known:
+        raise unknown(
+            f"parts of constraint '{constraint.name}', over", constraint.over, [name for name in known if name]
+        )
+    over = known[constraint.over]
     if len(over) != size:
         over = tuple(map(str, range(size))) if size != 1 else ("",)
     return [f"{constraint.name}[{label}]" if label else constraint.name for label in over]

@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import suppress
@@ -148,6 +149,12 @@ def raise_or_answer(planner: Planner, start: Start) -> int:
     return start.index
 
 
+def leave_or_answer(planner: Planner, start: Start) -> int:
+    if start.index == 1:
+        sys.exit(4)
+    return start.index
+
+
 @pytest.fixture
 def problem() -> Problem:
     return posed(PENALTY)
@@ -162,6 +169,7 @@ PENALTY = replace(SMALL, solver=Solver(formulation="penalty"))
         (sleep_or_answer, 2.0, "stopped after 2 s"),  # the others end at once, on a busy machine too
         (die_or_answer, None, "process ended with exit code 7"),
         (raise_or_answer, None, "RuntimeError: libhsl.so is not there"),
+        (leave_or_answer, None, "a solver, term or constraint called sys.exit(4)"),
     ],
 )
 def test_a_start_that_hangs_dies_or_raises_fails_alone(problem, monkeypatch, task, timeout, reason):

@@ -1,0 +1,123 @@
+"""Terms and constraints of one's own that mean other things in CasADi than in NumPy are refused."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from scenes import SMALL, hand, observation
+
+import sgnlp
+from sgnlp.base.errors import InputError
+from sgnlp.planning.additions import Additions
+from sgnlp.planning.agreement import agree
+from sgnlp.planning.problem import build_problem
+from sgnlp.planning.starts import starts
+from sgnlp.program.formulations import FORMULATIONS
+
+FORMS = [name for name in FORMULATIONS if name != "two_phase"]
+HEIGHT = {"z": 0.02}  # [m], a number outside a term, which changes
+
+
+def compared(form: str = "constrained", **added: object) -> None:
+    settings = replace(SMALL, solver=replace(SMALL.solver, compiled=False, formulation=form))
+    problem = build_problem(observation(), hand(), settings, 0, Additions(**added))
+    agree(problem, starts(problem, 1, 0)[0])
+
+
+@dataclass(frozen=True)
+class Everything(sgnlp.Term):
+    """Every operation, on quantities of fingers."""
+
+    def value(self, g, op):
+        gaps, forces = g.gaps, g.forces_eq
+        sizes = op.norm(forces) + op.residual(forces) + op.least(5.0, op.dot(forces, forces))
+        near = op.hinge(gaps - 0.01) + op.abs(gaps) + op.log(gaps) + op.closest(gaps, g.gains)
+        return op.sum(sizes) + op.sum(near) + op.square(g.contacts) + op.sum(op.stack(gaps, g.gains))
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_what_is_written_in_the_operations_agrees_in_every_formulation(form):
+    sizes = sgnlp.Constraint("sizes", lambda g, op: op.norm(g.forces_eq), upper=100.0, unit="N")
+    places = sgnlp.Constraint("places", lambda g, op: g.contacts, upper=10.0, unit="m")
+    compared(form, terms=(Everything(weight=1e-6),), constraints=(sizes, places))
+
+
+def element(g, op):
+    return op.sum(g.contacts[0] ** 2)  # a row in NumPy
+
+
+def number(g, op):
+    return float(g.gaps[0])  # NaN in CasADi
+
+
+def product(g, op):
+    return op.sum(g.contacts * g.gains)  # refused by NumPy
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        (element, "in CasADi and .* in NumPy"),
+        (number, "not finite in CasADi"),
+        (product, "cannot be computed in NumPy"),
+    ],
+)
+def test_a_term_with_two_meanings_is_refused_by_name(value, said):
+    two = type("Two", (sgnlp.Term,), {"value": lambda self, g, op: value(g, op), "__module__": __name__})
+    with pytest.raises(InputError, match=f"term 'two' .*{said}"):
+        compared(terms=(two(),))
+
+
+def test_a_constraint_with_other_rows_in_numpy_is_refused():
+    with pytest.raises(InputError, match="constraint 'row' has 1 values in CasADi and 3 in NumPy"):
+        compared(constraints=(sgnlp.Constraint("row", lambda g, op: g.contacts[0], upper=1.0),))
+
+
+class Level(sgnlp.Term):
+    """Contacts at a height that stands outside the term."""
+
+    def value(self, g, op):
+        return op.sum((g.contacts[:, 2] - HEIGHT["z"]) ** 2)
+
+
+def test_a_term_whose_number_changed_since_it_was_built_is_refused(monkeypatch):
+    compared(terms=(Level(),))
+    monkeypatch.setitem(HEIGHT, "z", 0.5)
+    with pytest.raises(InputError, match="term 'level' is"):
+        compared(terms=(Level(),))
+
+
+def test_the_rows_of_a_matrix_have_one_order_in_the_program_and_in_the_check():
+    problem = build_problem(observation(), hand(), SMALL, 0, Additions())
+    places = sgnlp.Constraint("places", lambda g, op: g.contacts, upper=0.0, unit="m")
+    names = [f"places[{i}]" for i in range(3 * len(problem.hand.fingers))]
+    contacts = np.zeros((len(problem.hand.fingers), 3))
+    contacts[1, 2] = 1.0  # columns first, as in CasADi
+    g = type("Only", (), {"contacts": contacts})()
+    assert places.check(g, names).row == f"places[{2 * len(problem.hand.fingers) + 1}]"
+
+
+NAN, ALWAYS = Level(weight=float("nan")), sgnlp.Constraint("stable", lambda g, op: g.gains, lower=1.0)
+UNBOUND = sgnlp.Constraint("free", lambda g, op: g.gains)
+
+
+@pytest.mark.parametrize(
+    ("added", "said"),
+    [
+        ({"terms": (NAN,)}, "term 'level' has the weight nan"),
+        ({"terms": (Level,)}, "not the class Level; call it"),
+        ({"constraints": (ALWAYS,)}, "a check of every plan is called 'stable'"),
+        ({"constraints": (UNBOUND,)}, "constraint 'free' bounds nothing"),
+        ({"constraints": (replace(ALWAYS, name=""),)}, "a text that is not empty"),
+        ({"constraints": (NAN,)}, "a constraint must be a `sgnlp.Constraint`"),
+    ],
+)
+def test_what_is_no_term_or_constraint_is_refused(added, said):
+    with pytest.raises(InputError, match=said):
+        Additions(**added)
+
+
+def test_parts_that_no_hand_has_are_refused():
+    ranging = sgnlp.Constraint("odd", lambda g, op: g.gains, lower=1.0, over="fingers")
+    with pytest.raises(InputError, match="unknown parts of constraint 'odd', over 'fingers'"):
+        compared(constraints=(ranging,))
