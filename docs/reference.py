@@ -116,13 +116,14 @@ def _package(name: str) -> Any:
 
 
 def _meaning(kind: type, name: str) -> str:
-    """The docstring under a field, else the comment behind it, in one line."""
+    """The docstring under a field, else the comment behind it, else the one above it, in one line."""
     package, _, module = kind.__module__.partition(".")
     attribute = _package(package)[f"{module}.{kind.__name__}"].members[name]
     if attribute.docstring:
         return " ".join(attribute.docstring.value.split())
-    line = inspect.getsource(import_module(kind.__module__)).splitlines()[attribute.lineno - 1]
-    return line.partition("  # ")[2]
+    lines = inspect.getsource(import_module(kind.__module__)).splitlines()
+    above, line = (text.strip() for text in lines[attribute.lineno - 2 : attribute.lineno])
+    return line.partition("  # ")[2] or (above.removeprefix("# ") if above.startswith("# ") else "")
 
 
 def record(name: str) -> str:

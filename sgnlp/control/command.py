@@ -1,6 +1,8 @@
 """A grasp in the form that a robot needs."""
 
 from dataclasses import dataclass
+from math import inf
+from numbers import Integral, Real
 from typing import Any
 
 import numpy as np
@@ -9,11 +11,26 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand
+from sgnlp.hand.kinematics import tips
+
+NEEDED = ("wrist", "joints", "tips", "targets", "gains")
+ARRAYS = (*NEEDED, "joints_contact", "joints_squeeze", "contacts_eq", "forces_eq", "rotation_eq", "translation_eq")
+"""The fields of a command that are arrays; all but the needed ones may be None."""
+TIPS_OFF = 5e-3
+"""[m], by which the tips of a planned grasp may be off those of its hand: a left and a right hand differ by more."""
+NORM_OFF = 1e-3
+"""By which the norm of a quaternion may be off 1: poses have at least four digits."""
 
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """Pregrasp, targets and gains of m fingers in the world frame, and the outcome that the plan expects."""
+    """Pregrasp, targets and gains of m fingers in the world frame, and the outcome that the plan expects.
+
+    Lists of numbers are taken for arrays. A command with `joint_names` was planned, and fits the planned hand alone.
+
+    Raises:
+        InputError: an array does not hold numbers.
+    """
 
     wrist: Array  # (7,) pose of the root link, x y z [m] qx qy qz qw
     joints: Array  # (n,) [rad], in the order of the hand's joint_names
@@ -30,10 +47,32 @@ class Command:
     forces_eq: Array | None = None  # (m, 3) [N], on the object
     rotation_eq: Array | None = None  # (3, 3), motion of the object to the equilibrium
     translation_eq: Array | None = None  # (3,) [m]
+    joint_names: tuple[str, ...] | None = None  # (n,) of the hand that the grasp was planned for; None: not known
+
+    def __post_init__(self) -> None:
+        """Make the arrays of lists."""
+        for name in ARRAYS:
+            value = getattr(self, name)
+            if value is None and name not in NEEDED:
+                continue
+            try:
+                object.__setattr__(self, name, np.asarray(value, float))
+            except (TypeError, ValueError):
+                raise InputError(f"the grasp's {name} must be an array of numbers, not {value!r}") from None
 
 
 def command(grasps: Any, index: int = 0) -> Command:
-    """The command of the grasp with rank `index` (0 is the best) of `sgnlp.Grasps`."""
+    """The command of the grasp with rank `index` (0 is the best) of `sgnlp.Grasps`.
+
+    Raises:
+        InputError: there is no grasp of this rank, or `grasps` is something else, such as a plan.
+    """
+    if not hasattr(grasps, "tips_pregrasp"):
+        raise InputError("command takes sgnlp.load_grasps(folder) or plan.arrays()")
+    count = len(grasps.wrist)
+    if not isinstance(index, Integral) or index not in range(count):
+        ranks = f", of ranks 0 to {count - 1}" if count else ""
+        raise InputError(f"there is no grasp of rank {index}: the result has {count} grasp{'s' * (count != 1)}{ranks}")
     closing = Settings.restored(grasps.meta["settings"]).closing
     names = ("wrist", "joints", "targets", "gains", "contacts_eq", "forces_eq", "rotation_eq", "translation_eq")
     return Command(
@@ -42,18 +81,50 @@ def command(grasps: Any, index: int = 0) -> Command:
         closing_seconds=closing.seconds,
         posture=closing.posture,
         joint_stiffness=closing.joint_stiffness,
+        joint_names=tuple(map(str, grasps.joint_names)),
     )
 
 
 def check(command: Command, hand: Hand) -> None:
-    """Raise `InputError` naming the first array of a command that does not fit the hand or is not finite."""
+    """Raise `InputError` naming the first part of a command that does not fit the hand or makes no sense."""
     n, m = len(hand.joint_names), len(hand.fingers)
     shapes = {"wrist": (7,), "joints": (n,), "tips": (m, 3), "targets": (m, 3), "gains": (m,)}
     planned = {"joints_contact": (n,), "joints_squeeze": (n,)}
     shapes |= {name: shape for name, shape in planned.items() if getattr(command, name) is not None}
     for name, shape in shapes.items():
-        array = np.asarray(getattr(command, name))
+        array = getattr(command, name)
         if array.shape != shape or not np.isfinite(array).all():
             raise InputError(f"the grasp's {name} must be {shape} finite numbers for '{hand.name}', not {array.shape}")
+    check_unit(command.wrist, "the grasp's wrist")
     if np.min(command.gains) <= 0:
         raise InputError("the grasp's gains must be positive")
+    for name in ("closing_seconds", "posture", "joint_stiffness"):
+        value = getattr(command, name)
+        if not (isinstance(value, Real) and 0 <= float(value) < inf):
+            raise InputError(f"the grasp's {name} must be a finite number and not negative, not {value!r}")
+    _check_planned(command, hand)
+
+
+def check_unit(wrist: Array, name: str) -> None:
+    """Raise `InputError` if the quaternion of a pose (7,) has not the norm 1. NaN is not refused here."""
+    x, y, z, w = wrist[3:].tolist()
+    if abs((x * x + y * y + z * z + w * w) ** 0.5 - 1.0) > NORM_OFF:
+        raise InputError(f"{name} must be x y z [m] and a unit quaternion qx qy qz qw, not {wrist}")
+
+
+def _check_planned(command: Command, hand: Hand) -> None:
+    """Raise `InputError` if the grasp was planned for another hand: by its joints' names, or by where its tips are.
+
+    Both Allegro hands have the same names.
+    """
+    if command.joint_names is None:
+        return
+    if tuple(command.joint_names) != hand.joint_names:
+        theirs, ours = (", ".join(names) for names in (command.joint_names, hand.joint_names))
+        raise InputError(f"the grasp is of another hand than '{hand.name}': its joints are {theirs}; valid: {ours}")
+    off = float(np.linalg.norm(command.tips - tips(hand, command.wrist, command.joints), axis=1).max())
+    if off > TIPS_OFF:
+        raise InputError(
+            f"the grasp is of another hand than '{hand.name}': a tip is {1e3 * off:.0f} mm off; load the hand "
+            'that was planned for, grasps.meta["hand"]'
+        )

@@ -1,11 +1,14 @@
 """The computation of each control cycle: joint torques from time, wrist pose and joints."""
 
+from typing import Any
+
 import numpy as np
 import pinocchio as pin
+from numpy.typing import ArrayLike
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
-from sgnlp.control.command import Command, check
+from sgnlp.control.command import Command, check, check_unit
 from sgnlp.control.law import Law, critical, freed, joint_torque, ramped, spring_forces
 from sgnlp.control.tree import Tree
 from sgnlp.hand.hand import Hand
@@ -27,10 +30,10 @@ class Controller:
         self.hand, self.command, self.law, self.tree = hand, command, law, Tree(hand)
         self.begin, self.end = _ends(command, law)
         """The first and the last setpoints, as `setpoints` returns them."""
-        self._damping = critical(np.asarray(command.gains, float), law.tip_mass)
+        self._damping = critical(command.gains, law.tip_mass)
         self._gravity = np.array(law.gravity)
         held = command.posture > 0 and command.joints_contact is not None
-        self.posture = np.asarray(command.joints_contact, float) if held else None
+        self.posture = command.joints_contact if held else None
         """The joints (n,) of the posture spring; None without one."""
 
     def setpoints(self, time: float) -> Array:
@@ -40,18 +43,24 @@ class Controller:
         """
         return ramped(self.begin, self.end, time, self.command.closing_seconds)
 
-    def torques(self, time: float, wrist: Array, joints: Array, speeds: Array) -> Array:
+    def torques(self, time: float, wrist: ArrayLike, joints: ArrayLike, speeds: ArrayLike) -> Array:
         """The torques (n,) [N m or N] of the hand's own joints at a time [s] since the start of closing.
 
         τ = Σ J_iᵀ (k_i (s_i(t) - a_i) - d_i ȧ_i) + N (k_q (q* - q) - d_q q̇) + ∂U/∂q, within the effort of each joint.
         Under position control a spring in each joint replaces the first two parts. `wrist` (7,) is the pose of the root
         link in the world, x y z [m] qx qy qz qw, `joints` (n,) [rad or m] and `speeds` (n,) [rad/s or m/s]. The same
-        arguments give the same torques.
+        arguments give the same torques. A state with NaN gives torques with NaN.
+
+        Raises:
+            InputError: an argument has another shape, or the quaternion is not of norm 1.
         """
+        n = len(self.hand.joint_names)
+        wrist, joints, speeds = _vector(wrist, 7, "wrist"), _vector(joints, n, "joints"), _vector(speeds, n, "speeds")
+        check_unit(wrist, "the wrist")
         springs = self._joint_springs if self.law.control == "position" else self._tip_springs
         torques = springs(time, joints, speeds)
         if self._gravity.any():
-            down = pin.XYZQUATToSE3(np.asarray(wrist, float)).rotation.T @ self._gravity
+            down = pin.Quaternion(wrist[3:]).normalized().toRotationMatrix().T @ self._gravity
             torques = torques + self.tree.weight(joints, down)
         return np.clip(torques, -self.hand.effort, self.hand.effort)
 
@@ -71,12 +80,23 @@ class Controller:
         return joint_torque(self.setpoints(time) - joints, speeds, stiffness, damping)
 
 
+def _vector(values: Any, size: int, name: str) -> Array:
+    """An argument of `torques` as an array (size,)."""
+    try:
+        array = np.asarray(values, float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} must be ({size},) numbers, not {values!r}") from None
+    if array.shape != (size,):
+        raise InputError(f"{name} must be ({size},) numbers, not {array.shape}")
+    return array
+
+
 def _ends(command: Command, law: Law) -> tuple[Array, Array]:
     """The first and the last setpoints."""
     if law.control == "position":
         if command.joints_squeeze is None:
             raise InputError("position control needs planned joints at contact: --closing.planned")
-        return np.asarray(command.joints, float), np.asarray(command.joints_squeeze, float)
-    root = pin.XYZQUATToSE3(np.asarray(command.wrist, float))
+        return command.joints, command.joints_squeeze
+    root = pin.SE3(pin.Quaternion(command.wrist[3:]).normalized().toRotationMatrix(), command.wrist[:3])
     begin, end = ((points - root.translation) @ root.rotation for points in (command.tips, command.targets))
     return begin, end

@@ -7,6 +7,7 @@ import numpy as np
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.checked import Checked, Positive
+from sgnlp.base.errors import InputError
 
 FREE_LENGTH = 1e-3
 """λ [m/rad]: joint motions that move the tips by less than this for each radian count as free. A finger's smallest
@@ -30,6 +31,17 @@ class Law(Checked):
     """[kg] mass for which the tips' springs are critically damped (paper: 2√k, which is 1 kg)"""
     joint_inertia: Positive = 1e-3
     """[kg m²] rotor inertia for which the springs of joints and posture are critically damped"""
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` naming the first field whose value is not valid."""
+        try:
+            gravity = tuple(float(each) for each in self.gravity)
+        except (TypeError, ValueError):
+            gravity = ()
+        if len(gravity) != len(WEIGHTLESS):
+            raise InputError(f"--law.gravity must be three numbers [m/s²], x y z, not {self.gravity!r}")
+        object.__setattr__(self, "gravity", gravity)
+        super().__post_init__()
 
 
 def ramped(begin: Array, end: Array, time: float, seconds: float) -> Array:

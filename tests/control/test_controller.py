@@ -194,3 +194,43 @@ def test_a_grasp_that_is_none_of_the_hand_is_refused(changes):
     (name,) = changes
     with pytest.raises(InputError, match=f"the grasp's {name} must be"):
         Controller(LEFT, aimed(LEFT, **changes))
+
+
+# --- arguments -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("position", "wrong", "message"),
+    [
+        (1, np.zeros(6), r"wrist must be \(7,\) numbers, not \(6,\)"),
+        (2, np.zeros(1), r"joints must be \(16,\) numbers, not \(1,\)"),
+        (2, 0.0, r"joints must be \(16,\) numbers, not \(\)"),
+        (3, np.zeros((16, 1)), r"speeds must be \(16,\) numbers, not \(16, 1\)"),
+        (3, ["fast"] * 16, r"speeds must be \(16,\) numbers"),
+    ],
+)
+@pytest.mark.parametrize("control", ["impedance", "position"])
+def test_a_state_of_another_shape_is_refused_with_the_valid_one(control, position, wrong, message):
+    told = aimed(LEFT)
+    state = [0.1, told.wrist, told.joints, np.zeros(16)]
+    state[position] = wrong
+    with pytest.raises(InputError, match=message):
+        Controller(LEFT, told, Law(control=control)).torques(*state)
+
+
+def test_a_state_of_lists_gives_the_torques_of_arrays(hand):
+    told, rng = aimed(hand), np.random.default_rng(0)
+    control, speeds = Controller(hand, told), rng.normal(size=len(told.joints))
+    listed = control.torques(0.1, told.wrist.tolist(), tuple(told.joints), speeds.tolist())
+    np.testing.assert_array_equal(listed, control.torques(0.1, told.wrist, told.joints, speeds))
+
+
+@pytest.mark.parametrize("quaternion", [np.zeros(4), np.array([0.0, 0.0, 0.0, 1.1])])
+def test_a_wrist_whose_quaternion_is_not_unit_is_refused_and_one_of_four_digits_is_not(quaternion):
+    told, still = aimed(LEFT), np.zeros(16)
+    control = Controller(LEFT, told)
+    with pytest.raises(InputError, match=r"the wrist must be .* unit quaternion"):
+        control.torques(0.1, np.concatenate([told.wrist[:3], quaternion]), told.joints, still)
+    rounded = np.concatenate([told.wrist[:3], 1.0002 * told.wrist[3:]])
+    exact = control.torques(0.1, told.wrist, told.joints, still)
+    np.testing.assert_allclose(control.torques(0.1, rounded, told.joints, still), exact, atol=1e-12)

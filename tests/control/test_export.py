@@ -3,6 +3,7 @@
 import shutil
 import subprocess
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import casadi
@@ -92,6 +93,14 @@ def test_so_they_are_at_the_limit(hand, told):
     np.testing.assert_allclose(told(controller, at)[:, -len(hand.joint_names) :], expected, atol=1e-9, rtol=0)
 
 
+def test_so_they_are_with_a_quaternion_of_four_digits(hand, told):
+    aim = aimed(hand, 4)
+    controller = Controller(hand, aim)
+    at = [(time, np.round(wrist, 4), joints, speeds) for time, wrist, joints, speeds in states(hand, aim, 4)]
+    expected = [controller.torques(*state) for state in at]
+    np.testing.assert_allclose(told(controller, at)[:, -len(hand.joint_names) :], expected, atol=1e-9, rtol=0)
+
+
 def test_a_state_that_is_no_number_gives_a_torque_that_is_none_in_either(hand, told):
     aim, n = aimed(hand), len(hand.joint_names)
     state = (0.1, aim.wrist, aim.joints, np.full(n, np.nan))
@@ -125,6 +134,7 @@ def test_a_file_that_cannot_be_written_and_a_number_that_is_none_are_refused(tmp
     hand = load_hand("allegro_left")
     with pytest.raises(InputError, match="cannot be written"):
         export(Controller(hand, aimed(hand)), tmp_path / "nowhere" / "grasp.txt")
+    endless = replace(hand, effort=np.full(len(hand.effort), np.inf))
     with pytest.raises(InputError, match="not finite"):
-        export(Controller(hand, aimed(hand, closing_seconds=np.inf)), tmp_path / "grasp.txt")
+        export(Controller(endless, aimed(hand)), tmp_path / "grasp.txt")
     assert not (tmp_path / "grasp.txt").exists()

@@ -170,3 +170,13 @@ def test_weight_points_down_and_is_that_of_the_plan():
 def test_a_law_that_makes_no_sense_is_refused(wrong):
     with pytest.raises(InputError, match=next(iter(wrong)).replace("_", "-")):
         Law(**wrong)
+
+
+@pytest.mark.parametrize("wrong", [(0, -9.81), (), (0, 0, 0, -9.81), -9.81, "down", (0, 0, np.nan)])
+def test_gravity_that_is_not_three_numbers_is_refused(wrong):
+    with pytest.raises(InputError, match=r"--law.gravity must be"):
+        Law(gravity=wrong)
+
+
+def test_gravity_may_be_an_array():
+    assert Law(gravity=np.array([0, 0, -1])) == Law(gravity=(0.0, 0.0, -1.0))
