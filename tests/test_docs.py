@@ -11,8 +11,10 @@ from pathlib import Path
 import pytest
 from browser import FLAT, loaded, needs_a_browser
 
+import sgnlp
 from sgnlp.base.settings import Settings
 from sgnlp.cli import COMMANDS
+from sgnlp.control import Command
 from sgnlp.planning.grasps import Grasps
 from sgnlp.program.constraints import CONSTRAINTS
 from sgnlp.program.terms import CLOSURE, COMPLIANT
@@ -98,6 +100,30 @@ def test_the_reference_has_every_setting_command_and_array(site):
     assert all(f"usage: sgnlp {name} " in commands for name in COMMANDS)
     files = (site / "reference" / "files.html").read_text(encoding="utf-8")
     assert all(f"<code>{f.name}</code>" in files for f in fields(Grasps))
+
+
+def test_the_page_of_python_has_every_name_that_is_exported_and_no_other():
+    page = (ROOT / "docs" / "pages" / "reference" / "python.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^::: sgnlp\.(\w+)$", page, re.MULTILINE)
+    assert sorted(shown) == sorted(sgnlp.__all__)
+    assert "::: sgnlp.simulation.SimulationSettings\n" in page
+
+
+def test_the_page_of_python_has_every_field_of_a_grasp_and_an_observation_with_its_shape_or_meaning(site):
+    page = (site / "reference" / "python.html").read_text(encoding="utf-8")
+    for kind in (sgnlp.Grasp, sgnlp.Observation, Command):
+        for field in fields(kind):
+            row = rf"<tr>\s*<td><code>{field.name}</code></td>\s*<td>([^\n]*)</td>\s*</tr>"
+            said = re.findall(row, page)
+            assert said, field.name
+            assert all(said) or field.name == "name", field.name
+
+
+def test_a_comment_behind_a_field_or_above_it_is_its_meaning(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    rows = importlib.import_module("reference").record("sgnlp.program.grasp.Grasp")
+    assert "| `tips` | (m, 3) [m], a_i |" in rows
+    assert "| `obstacle_clearances` | (S,) [m], of every sphere from obstacles;" in rows
 
 
 def test_the_theory_names_every_term_and_constraint():

@@ -1,21 +1,25 @@
 """`sgnlp report`: a page about a result."""
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import tyro
 from rich.console import Console
 
+from sgnlp.base.errors import InputError
 from sgnlp.cli import again, codes
 from sgnlp.cli.simulate import SIMULATION
 from sgnlp.planning import reopen, results
+from sgnlp.planning.archive import read_archive
 from sgnlp.show.png import drawable
 from sgnlp.show.report import content, pages
 from sgnlp.show.simulation_pictures import PHASES
 
+COURSES = ("formulation", "start", "energy", "primal")
+"""The arrays of `history.npz` that are drawn."""
 HTML, MARKDOWN = "report.html", "report.md"
 
 
@@ -58,8 +62,17 @@ def _courses(file: Path) -> dict[str, Any]:
     """The arrays of `history.npz`; empty for results of older versions, which have none."""
     if not file.is_file():
         return {}
-    with file.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
-        return dict(data)
+    try:
+        return read_archive(file, "history", _rows)
+    except InputError as error:
+        raise InputError(f"{error}; delete it, or solve again") from None
+
+
+def _rows(data: Mapping[str, Any]) -> dict[str, Any]:
+    found = {name: data[name] for name in COURSES}
+    if len({array.shape for array in found.values()}) != 1 or found["start"].ndim != 1:
+        raise ValueError("its arrays differ in length")
+    return found
 
 
 def _simulated(folder: Path) -> content.Section | None:

@@ -10,7 +10,6 @@ from rich.console import Console
 
 from sgnlp.base.checked import POSITIVE
 from sgnlp.base.errors import InputError
-from sgnlp.base.settings import Settings
 from sgnlp.cli import codes
 from sgnlp.cli.flags import made
 from sgnlp.cli.progress import bars
@@ -70,8 +69,7 @@ class Simulate:
         _require_mujoco()
         if self.pictures:
             drawable()
-        grasps = results.load_grasps(self.folder)
-        hand = reopen.robot(grasps.meta, self.hand)
+        grasps, hand = reopen.opened(self.folder, self.hand)
         source = reopen.source(grasps, self.folder, self.object)
         reading = PLAIN if self.object else reopen.reading(grasps.meta)
         seen = load(source, Reading(scale=self.scale, key=reading.key, up=reading.up, pose=reading.pose))
@@ -121,7 +119,7 @@ class Simulate:
             if self.true_load:
                 value, source = getattr(seen, name), "the object's own"
             elif value is None:
-                value, source = getattr(Settings.restored(grasps.meta["settings"]).contact, name), "as planned for"
+                value, source = getattr(reopen.settings(grasps.meta).contact, name), "as planned for"
             if value is None:
                 raise InputError(f"--true-load needs the mass and friction of '{seen.name}' in its file")
             if value == 0:
@@ -131,6 +129,8 @@ class Simulate:
         return SimulationSettings(**values), f"carried out with {', '.join(words)}"
 
     def _ranks(self, grasps: Grasps) -> range:
+        if not len(grasps):
+            raise InputError("the result has no grasps")
         count = int(grasps.feasible.sum()) if self.grasps == "all" else int(self.grasps)
         if count < 1 or len(grasps) < count:
             raise InputError(f"--grasps must be between 1 and {len(grasps)}, or all, which is {grasps.feasible.sum()}")

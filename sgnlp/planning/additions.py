@@ -48,7 +48,7 @@ class Additions:
                 raise InputError(
                     f"a check of every plan is called '{constraint.name}'; give the constraint another name"
                 )
-            if not (constraint.bounded or str(constraint.value.__module__).startswith("sgnlp.")):
+            if not (constraint.bounded or not is_own(constraint.value)):
                 raise InputError(f"constraint '{constraint.name}' bounds nothing; give it lower, upper or both")
         if self.kernel is None:
             return
@@ -89,6 +89,11 @@ class Additions:
 
 
 NOTHING = Additions()
+
+
+def is_own(part: Any) -> bool:
+    """Whether a class or function is the user's own, and not of this package."""
+    return not str(getattr(part, "__module__", "")).startswith("sgnlp.")
 
 
 def _check(kind: str, part: Any, of: type[Term] | type[Constraint]) -> None:

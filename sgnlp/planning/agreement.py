@@ -11,6 +11,7 @@ import numpy as np
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
+from sgnlp.planning.additions import is_own
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.recompute import recompute
@@ -48,8 +49,8 @@ def agree(problem: Problem, start: Start) -> None:
 
     They are compared at the start, in the last program that the problem's formulation solves.
     """
-    terms = {term.name: term for term in problem.terms if _own(type(term))}
-    constraints = {one.name: one for one in problem.constraints if _own(one.value)}
+    terms = {term.name: term for term in problem.terms if is_own(type(term))}
+    constraints = {one.name: one for one in problem.constraints if is_own(one.value)}
     if not (terms or constraints) or problem.settings.contact.equilibrium == "printed":
         return
     planner = Planner(problem)
@@ -68,11 +69,6 @@ def agree(problem: Problem, start: Start) -> None:
     for constraint, values in zip(nlp.constraints, blocks, strict=True):
         if constraint.name in constraints:
             _compare(constraints[constraint.name], constraint.scale * values, g, op)
-
-
-def _own(part: Any) -> bool:
-    """Whether a class or function is not of this package."""
-    return not str(getattr(part, "__module__", "")).startswith("sgnlp.")
 
 
 def _compare(part: Term | Constraint, solver: Array, g: Grasp, op: Narrow) -> None:

@@ -99,6 +99,12 @@ OF_SOLUTIONS = (
 """Fields that a solution has under the same name."""
 PER_HAND = ("joint_names", "arm_joint_names", "finger_names", "term_names")
 """Fields that are not per grasp."""
+CLEARANCES = ("object_clearance", "table_clearance", "object_clearance_contact")
+"""Fields per sphere of the hand but the pads."""
+FINITE = ("wrist", "joints", "tips_pregrasp", "contacts", "targets", "gains")
+"""Fields that are never NaN for a feasible grasp."""
+UNIT = 1e-3
+"""Largest error of the norm of a wrist's quaternion."""
 
 
 def same(a: Grasps, b: Grasps) -> bool:
@@ -121,6 +127,29 @@ def stack(hand: Hand, terms: Sequence[Term], solutions: Sequence[Solution], meta
     )
 
 
+def unfit(grasps: Grasps, hand: Hand) -> str:
+    """The first fault of the arrays as grasps of this hand, in words; "" if they fit it.
+
+    Clearances are left out: they depend on the spheres of the hand, which may have been chosen anew since.
+    """
+    own = stack(hand, [], [], {})
+    for name in ("joint_names", "finger_names", "arm_joint_names"):
+        if not np.array_equal(getattr(grasps, name), getattr(own, name)):
+            return f"{name} must be those of the hand '{hand.name}', in its order"
+    for name, row in _no_rows(hand, grasps.term_names.size).items():
+        array, shape = getattr(grasps, name), (grasps.energy.size, *row.shape[1:])
+        if name not in CLEARANCES and array.shape != shape:
+            return f"{name} must have the shape {shape} for the hand '{hand.name}', not {array.shape}"
+        if not np.can_cast(array.dtype, row.dtype, "same_kind"):
+            return f"{name} must be of type {row.dtype.name}, not {array.dtype.name}"
+    for name in FINITE:
+        if not np.isfinite(getattr(grasps, name)[grasps.feasible]).all():
+            return f"{name} must be finite"
+    if (np.abs(np.linalg.norm(grasps.wrist[:, 3:], axis=1) - 1) > UNIT).any():
+        return "the quaternions of wrist must have length 1"
+    return ""
+
+
 def _no_rows(hand: Hand, T: int) -> dict[str, Any]:
     n, m, S = len(hand.joint_names), len(hand.fingers), len(hand.spheres)
     points = ("tips_pregrasp", "contacts", "contact_points", "targets", "normals", "contacts_eq")
@@ -134,10 +163,9 @@ def _no_rows(hand: Hand, T: int) -> dict[str, Any]:
         "pad_clearance",
         "pad_height",
     )
-    clearances = ("object_clearance", "table_clearance", "object_clearance_contact")
     shapes = dict.fromkeys((*points, "forces_initial", "forces_eq"), (m, 3)) | dict.fromkeys(numbers, (m,))
     joints = ("joints", "joints_contact", "joints_squeeze", "torques_initial", "torques_eq")
-    shapes |= dict.fromkeys(joints, (n,)) | dict.fromkeys(clearances, (S - m,))
+    shapes |= dict.fromkeys(joints, (n,)) | dict.fromkeys(CLEARANCES, (S - m,))
     shapes |= {"wrist": (7,), "rotation_eq": (3, 3), "translation_eq": (3,), "kkt": (3,), "energy_terms": (T,)}
     shapes["arm"] = POSTURES, len(hand.arm.joint_names) if hand.arm else 0
     kinds = {"feasible": bool, "violated": str, "status": str, "iterations": np.int64, "start": np.int64}

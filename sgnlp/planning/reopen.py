@@ -1,6 +1,8 @@
 """Rebuilds the problem of a saved result: reads its cloud from the source, and fits the same surface."""
 
 from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,18 +13,30 @@ from sgnlp.perception.observation import Observation, Reading, load
 from sgnlp.planning.additions import NOTHING, Additions
 from sgnlp.planning.cautions.planned import Planned
 from sgnlp.planning.extension import extension
-from sgnlp.planning.grasps import Grasps
+from sgnlp.planning.grasps import Grasps, unfit
 from sgnlp.planning.problem import Problem, build_problem
-from sgnlp.planning.results import load_grasps
+from sgnlp.planning.results import GRASPS, load_grasps
 from sgnlp.planning.surroundings import Surroundings
+
+UNREADABLE = (AttributeError, KeyError, TypeError, ValueError)
+"""What wrong types in the settings of a result raise."""
 
 
 def settings(meta: dict[str, Any]) -> Settings:
-    """The settings of a result; raises `InputError` if another version of sgnlp wrote them."""
+    """The settings of a result; raises `InputError` if they are missing, damaged, or not valid in this version."""
     try:
-        return Settings.restored(meta["settings"])
-    except TypeError as error:
-        raise InputError(f"it was planned by another version of sgnlp, with other settings: {error}") from None
+        return _restored(meta)
+    except UNREADABLE:
+        raise InputError("settings of the result cannot be read; solve it again") from None
+
+
+def _restored(meta: Mapping[str, Any]) -> Settings:
+    """The settings of a result; raises one of `UNREADABLE`, or `InputError` for values that are not valid."""
+    found, usual = Settings.restored(meta["settings"]), Settings()
+    for name in (f.name for f in fields(Settings) if is_dataclass(getattr(usual, f.name))):
+        if not isinstance(getattr(found, name), type(getattr(usual, name))):
+            raise TypeError(name)
+    return found
 
 
 def reading(meta: dict[str, Any]) -> Reading:
@@ -92,10 +106,27 @@ def additions(meta: Mapping[str, Any]) -> Additions:
     return found.additions()
 
 
-def robot(meta: Mapping[str, Any], hand: str | None = None) -> Hand:
-    """The hand of a result, on its arm if it had one; `hand` is the hand's folder, if it has moved."""
-    arm = meta.get("arm") or {}
-    return load_hand(hand or meta["hand"], meta["settings"]["spheres"], arm.get("name"), arm.get("base", ()))
+def opened(folder: Path, hand: str | None = None) -> tuple[Grasps, Hand]:
+    """The grasps of a result and their hand; `hand` is the hand's folder, if it has moved.
+
+    Raises:
+        InputError: the result or the hand does not exist, or the result is damaged: its arrays do not fit the hand, or
+            its settings cannot be read.
+    """
+    grasps, file = load_grasps(folder), folder / GRASPS if folder.is_dir() else folder
+    try:
+        with suppress(InputError):  # a value that only another version takes: the grasps can still be looked at
+            _restored(grasps.meta)
+        spheres = grasps.meta["settings"]["spheres"]
+    except UNREADABLE:
+        raise InputError(f"settings of '{file}' cannot be read; solve it again") from None
+    arm = grasps.meta.get("arm") or {}
+    if not isinstance(hand or grasps.meta.get("hand"), str) or not isinstance(arm, dict):
+        raise InputError(f"'{file}': it does not name its hand; solve it again")
+    found = load_hand(hand or grasps.meta["hand"], spheres, arm.get("name"), arm.get("base", ()))
+    if fault := unfit(grasps, found):
+        raise InputError(f"'{file}': {fault}; solve it again")
+    return grasps, found
 
 
 class Reopened(Planned):
@@ -106,10 +137,9 @@ def reopen(folder: Path, file: Path | None = None, hand: str | None = None) -> R
     """A result with its problem; `file` is the cloud and `hand` the hand's folder, if they have moved.
 
     Raises:
-        InputError: the result or the hand does not exist.
+        InputError: as `opened`.
     """
-    grasps = load_grasps(folder)
-    found = robot(grasps.meta, hand)
+    grasps, found = opened(folder, hand)
     try:
         cloud = observation(grasps, folder, file)
         return Reopened(grasps, found, cloud, problem(grasps, cloud, found))

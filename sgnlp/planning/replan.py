@@ -11,6 +11,7 @@ from sgnlp.base.errors import InputError, SolverError
 from sgnlp.base.threads import one_thread
 from sgnlp.hand.hand import Hand
 from sgnlp.perception.observation import Observation
+from sgnlp.planning import arguments
 from sgnlp.planning.ending import Ending
 from sgnlp.planning.faraway import moved_cloud, moved_hand, moved_problem, origin
 from sgnlp.planning.plan import Plan
@@ -55,6 +56,9 @@ class Touch:
             raise InputError("the normal of a touch must not be 0")
 
 
+KINDS = {"observation": arguments.OBSERVATION, "touches": arguments.LIST}
+
+
 def replan(plan: Plan, observation: Observation | None = None, touches: Sequence[Touch] = ()) -> Plan:
     """Plan again for a cloud that differs a little, or for what fingers have touched, in some hundredths of a second.
 
@@ -70,6 +74,8 @@ def replan(plan: Plan, observation: Observation | None = None, touches: Sequence
     Raises:
         InputError: a touch is far from the object.
     """
+    seen = plan.observation if observation is None else observation
+    arguments.check({"observation": seen, "touches": touches}, KINDS)
     with one_thread():
         return _replanned(plan, observation, touches)
 

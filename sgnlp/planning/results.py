@@ -70,15 +70,20 @@ def load_summary(folder: Path, grasps: Grasps) -> dict[str, Any]:
         InputError: the summary is missing, damaged, or belongs to other grasps.
     """
     file = folder / SUMMARY
+    if not file.is_file():
+        raise InputError(f"'{file}' is missing; solve it again")
     try:
-        summary = json.loads(file.read_text(encoding="utf-8"))
-        found = {name: summary[name] for name in (*summary, "starts_table", "best", "notes")}
+        found = json.loads(file.read_text(encoding="utf-8"))
+        rows, best, notes = (found[name] for name in ("starts_table", "best", "notes"))
+        whole = isinstance(rows, list) and isinstance(notes, list) and isinstance(best, dict | None)
+        if not whole or len(rows) < len(grasps) or not all(isinstance(row, dict) for row in rows):
+            raise ValueError
     except (OSError, ValueError, KeyError, TypeError):
-        raise InputError(f"'{file}' is missing, or not the summary of a result; solve it again") from None
+        raise InputError(f"'{file}' is not the summary of a result; solve it again") from None
     made = json.loads(json_text(grasps.meta))
     if any(found.get(name) != made.get(name) for name in RUN):
         raise InputError(f"'{file}' is not the summary of the {GRASPS} beside it; solve it again")
-    return found
+    return dict(found)
 
 
 def load_grasps(path: str | Path) -> Grasps:
@@ -96,7 +101,7 @@ def load_grasps(path: str | Path) -> Grasps:
 
 def _grasps(data: Mapping[str, Any]) -> Grasps:
     arrays = {f.name: data[f.name] for f in fields(Grasps)}
-    return Grasps(**arrays | {"meta": json.loads(str(arrays["meta"]))})
+    return Grasps(**arrays | {"meta": dict(json.loads(str(arrays["meta"])))})
 
 
 def json_text(value: Any) -> str:

@@ -11,6 +11,7 @@ the YAML file with an array `points` (M, 3). Each point becomes a ball, which ma
 """
 
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -112,11 +113,31 @@ def _points(entry: dict[str, Any], name: str, where: str, path: Path) -> tuple[S
     file = path.parent / word(entry["points"], f"points of {where}")
     radius = positive(entry.get("radius", 0.006), f"radius of {where}")
     try:
-        with np.load(file, allow_pickle=False) as archive:
-            points = archive["points"]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputError(f"{where}: '{file}' holds no array 'points' (M, 3): {error}") from None
-    return painted(points, radius, name)
+        return painted(_array(file), radius, name)
+    except InputError as error:
+        raise error.within(where) from None
+
+
+def _array(file: Path) -> Array:
+    """The array `points` of an npz. Raises `InputError` if the file is missing, empty, damaged or something else."""
+    try:
+        content = file.read_bytes()
+        if not content:
+            raise InputError(f"'{file}' is empty; it must be an npz with an array 'points' (M, 3)")
+        if not content.startswith(b"PK"):
+            raise InputError(f"'{file}' is not an npz; it must be one with an array 'points' (M, 3)")
+        with np.load(BytesIO(content), allow_pickle=False) as archive:
+            points = archive["points"] if "points" in archive.files else None
+    except InputError:
+        raise
+    except OSError as error:
+        raise InputError(f"'{file}' holds no array 'points' (M, 3): {error.strerror or 'it is damaged'}") from None
+    except Exception as error:  # a damaged archive can raise almost anything
+        said = "holds objects as points, not numbers" if "Object arrays" in str(error) else "is damaged"
+        raise InputError(f"'{file}' {said}; it must be an npz with an array 'points' (M, 3)") from None
+    if points is None or points.dtype.kind not in "fiu":
+        raise InputError(f"'{file}' holds no array 'points' (M, 3) of numbers")
+    return np.asarray(points, float)
 
 
 Reader = Callable[[dict[str, Any], str, str, Path], tuple[Shape, ...]]

@@ -13,6 +13,7 @@ from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation
 from sgnlp.perception.shape import Shape
+from sgnlp.planning import arguments
 from sgnlp.planning.additions import Additions
 from sgnlp.planning.ending import ENOUGH, LEFT, ROUNDS, Ending, hopeful
 from sgnlp.planning.extension import Extension
@@ -121,6 +122,7 @@ def solve(
     Raises:
         InputError: the hand, a setting or a name is not valid, or the surface cannot be fitted.
     """
+    arguments.check(locals())
     if min(count, jobs) < 1 or not timeout > 0 or seed < 0:
         raise InputError(f"count {count}, jobs {jobs}, timeout {timeout:g} must be positive, seed {seed} not negative")
     solver = solver_named(solver) if isinstance(solver, str) else solver

@@ -1,8 +1,11 @@
 """A planned grasp carried out on the true object that comes with its cloud."""
 
+from types import NoneType
+
 from sgnlp.base.errors import InputError
 from sgnlp.control.command import Command
 from sgnlp.perception.observation import Observation
+from sgnlp.planning import arguments
 from sgnlp.planning.grasps import stack
 from sgnlp.planning.motion.way import way
 from sgnlp.planning.solution import Solution
@@ -10,6 +13,8 @@ from sgnlp.simulation.body import true_body
 from sgnlp.simulation.judge import DEFAULTS, execute
 from sgnlp.simulation.outcome import Outcome
 from sgnlp.simulation.settings import SimulationSettings
+
+KINDS = {"solution": ((Solution, NoneType), "plan.best is one"), "observation": arguments.OBSERVATION}
 
 
 def simulate(solution: Solution | None, observation: Observation, settings: SimulationSettings = DEFAULTS) -> Outcome:
@@ -30,6 +35,7 @@ def simulate(solution: Solution | None, observation: Observation, settings: Simu
     Raises:
         InputError: there is no solution, the observation has no true surface, or MuJoCo refuses hand or mesh.
     """
+    arguments.check({"solution": solution, "observation": observation}, KINDS)
     if solution is None or solution.hand is None:
         raise InputError("there is no grasp to simulate: plan.best is None if no start is feasible")
     g, closing = solution.grasp, solution.closing

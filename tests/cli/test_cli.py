@@ -320,6 +320,7 @@ BAD_VALUES = {
     "timeout NaN": (["--timeout", "nan"], ["--timeout must be a finite number, not nan"]),
     "seed": (["--seed", "-1"], ["--seed must be at least 0, not -1"]),
     "cleaning": (["--cleaning.min-points", "0"], ["--cleaning.min-points must be at least 4, not 0"]),
+    "out empty": (["--out", ""], ["--out is empty"]),
     "file in the way": (["--out", "taken"], ["the output folder 'taken' cannot be written"]),
     "file above": (["--out", "taken/below/far"], ["the output folder 'taken/below/far' cannot be written"]),
 }

@@ -234,6 +234,25 @@ def test_a_bad_input_is_refused_in_one_line(folder, capfd, arguments, message):
     assert not (folder / "simulation.json").exists()
 
 
+def test_a_result_that_does_not_fit_its_hand_is_refused(folder, capfd):
+    grasps = results.load_grasps(folder)
+    results.save(replace(grasps, joint_names=grasps.joint_names[::-1]), {}, folder)
+    assert simulate(folder) == 3
+    assert "grasps.npz': joint_names must be those of the hand 'allegro_left'" in capfd.readouterr().err
+    grasps.meta["settings"]["contact"]["friction"] = "x"
+    results.save(grasps, {}, folder)
+    assert simulate(folder) == 3
+    assert capfd.readouterr().err.endswith("grasps.npz' cannot be read; solve it again\n")
+
+
+def test_a_result_without_grasps_is_refused(folder, capfd):
+    meta = results.load_grasps(folder).meta
+    results.save(stack(HAND, preset_terms(ROBUST), [], meta), {}, folder)
+    for arguments in ((), ("--grasps", "all")):
+        assert simulate(folder, *arguments) == 3
+        assert capfd.readouterr().err == "error: the result has no grasps\n"
+
+
 def test_a_missing_result_is_refused(folder, capfd):
     assert simulate("nothing") == 3
     assert "no result at 'nothing'" in capfd.readouterr().err

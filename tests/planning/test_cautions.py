@@ -8,8 +8,10 @@ import pinocchio as pin
 import pytest
 from scenes import SMALL, ellipsoid, hand
 
+import sgnlp
 from sgnlp import InputError, observe, solve
 from sgnlp.hand.hand import load_hand
+from sgnlp.planning.additions import Additions
 from sgnlp.planning.cautions import OF_CLOUDS, REMARKS, cautions, clouds, plans, remarks
 from sgnlp.planning.cautions.planned import Planned
 from sgnlp.planning.starts import starts
@@ -80,6 +82,18 @@ def frame(eye=(0.35, -0.1, 0.4), target=(0.0, 0.0, 0.05)):
     x = np.cross(z, [0, 0, 1.0])
     x /= np.linalg.norm(x)
     return np.stack([x, np.cross(z, x), z], axis=1)
+
+
+def test_what_takes_the_place_of_something_built_in_is_told(result):
+    ours = sgnlp.Constraint("contact", lambda g, op: g.contacts[:, 2], lower=0.0, unit="m")
+    looser = replace(sgnlp.constraints()["force"], upper=20.0)
+
+    def with_(*constraints):
+        problem = replace(result.problem, additions=Additions(constraints=constraints))
+        return plans.replaced(replace(result, problem=problem))
+
+    assert with_() == with_(looser) == with_(replace(ours, name="heights")) == ""
+    assert "the place of the built-in contact, which is neither" in with_(ours, looser)
 
 
 def test_a_hand_for_which_the_arm_has_no_mount_of_its_own_is_told(result):

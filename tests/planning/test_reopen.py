@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from plans import small_plan
 
 from sgnlp.base.errors import InputError
-from sgnlp.planning import reopen
+from sgnlp.planning import reopen, results
 from sgnlp.planning.grasps import Grasps
 
 
@@ -43,3 +45,70 @@ def test_a_source_that_is_nowhere_is_told(tmp_path):
         reopen.source(solved("gone.npz"), tmp_path)
     with pytest.raises(InputError, match=r"the result names no file; name its file with --object"):
         reopen.source(solved(""), tmp_path)
+
+
+def damaged(folder: Path, **changes: Any) -> Path:
+    """A saved result with some fields changed by functions."""
+    grasps = small_plan().arrays()
+    made = {name: change(getattr(grasps, name)) for name, change in changes.items()}
+    results.save(replace(grasps, **made), {}, folder)
+    return folder
+
+
+def feasible(flags: np.ndarray) -> np.ndarray:
+    return np.ones_like(flags)
+
+
+def test_a_whole_result_is_opened_from_its_folder_and_from_its_file(tmp_path):
+    damaged(tmp_path)
+    for place in (tmp_path, tmp_path / results.GRASPS):
+        grasps, hand = reopen.opened(place)
+        assert grasps.joint_names.tolist() == list(hand.joint_names)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"joint_names": lambda a: a[::-1]}, "joint_names must be those of the hand 'allegro_left', in its order"),
+        ({"finger_names": lambda a: a[::-1]}, "finger_names must be those of the hand"),
+        ({"meta": lambda a: a | {"hand": "barrett"}}, "joint_names must be those of the hand 'barrett'"),
+        ({"gains": lambda a: a[:, :3]}, r"gains must have the shape \(\d, 4\) for the hand 'allegro_left', not"),
+        ({"wrist": lambda a: a[:, :6]}, r"wrist must have the shape \(\d, 7\)"),
+        ({"targets": lambda a: a[:0]}, r"targets must have the shape \(\d, 4, 3\)"),
+        ({"joints": lambda a: a * np.nan, "feasible": feasible}, "joints must be finite"),
+        ({"contacts": lambda a: a * np.inf, "feasible": feasible}, "contacts must be finite"),
+        ({"wrist": lambda a: a * [1, 1, 1, 0, 0, 0, 0]}, "the quaternions of wrist must have length 1"),
+        ({"gains": lambda a: a.astype(str)}, "gains must be of type float64, not str"),
+        ({"meta": lambda a: {k: v for k, v in a.items() if k != "hand"}}, "it does not name its hand"),
+    ],
+)
+def test_a_result_that_does_not_fit_its_hand_is_refused_in_one_line(tmp_path, changes, said):
+    damaged(tmp_path, **changes)
+    for read in (reopen.opened, reopen.reopen):
+        with pytest.raises(InputError, match=f"'.*grasps.npz': {said}.*; solve it again") as error:
+            read(tmp_path)
+        assert "\n" not in str(error.value)
+
+
+def test_what_may_be_unknown_of_a_grasp_is_not_refused(tmp_path):
+    damaged(tmp_path, confidence=lambda a: a * np.nan, margins_equilibrium=lambda a: a * np.nan)
+    reopen.opened(tmp_path)
+    damaged(tmp_path, joints=lambda a: a * np.nan, feasible=lambda a: a & False)
+    reopen.opened(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda meta: {},
+        lambda meta: meta | {"settings": None},
+        lambda meta: meta | {"settings": meta["settings"] | {"contact": 5}},
+        lambda meta: meta | {"settings": meta["settings"] | {"contact": {"friction": "x"}}},
+    ],
+)
+def test_settings_of_a_wrong_type_are_refused_in_one_line(tmp_path, change):
+    damaged(tmp_path, meta=change)
+    with pytest.raises(InputError, match=r"^settings of '.*grasps.npz' cannot be read; solve it again$"):
+        reopen.reopen(tmp_path)
+    with pytest.raises(InputError, match="settings of the result cannot be read; solve it again"):
+        reopen.settings(results.load_grasps(tmp_path).meta)

@@ -205,6 +205,16 @@ def test_a_summary_of_other_grasps_is_not_read(tmp_path):
         results.load_summary(tmp_path, plan.arrays())
 
 
+@pytest.mark.parametrize(
+    "change", [{"notes": None}, {"starts_table": []}, {"starts_table": [1, 2, 3]}, {"starts_table": {}}, {"best": 5}]
+)
+def test_a_damaged_summary_is_refused_in_one_line(tmp_path, change):
+    plan = small_plan()
+    results.save(plan.arrays(), plan.summary() | change, tmp_path)
+    with pytest.raises(InputError, match=r"summary.json' is not the summary of a result; solve it again$"):
+        results.load_summary(tmp_path, plan.arrays())
+
+
 def test_a_name_with_a_byte_that_is_no_text_is_written_and_read_again(tmp_path):
     lines = [Line(os.fsdecode(b"\xff"), 1, 0.5, True)]
     results.write_rows(tmp_path / "rows.csv", lines)
@@ -255,7 +265,7 @@ def test_what_is_not_a_result_is_an_input_error_in_one_line(grasps, tmp_path):
     without = edited(good, tmp_path / "without.npz", targets=None)
     with pytest.raises(InputError, match=r"is not a result of sgnlp: .*targets"):
         results.load_grasps(without)
-    for meta in (np.array("{"), np.arange(3)):
+    for meta in (np.array("{"), np.array("5"), np.arange(3)):
         with pytest.raises(InputError, match="cannot be read"):
             results.load_grasps(edited(good, tmp_path / "meta.npz", meta=meta))
     with pytest.raises(InputError, match=r"should be a folder with grasps\.npz"):

@@ -66,6 +66,34 @@ def test_a_wrong_file_is_refused_in_one_line(tmp_path, text, said):
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (lambda data: b"", "is empty"),
+        (lambda data: data[:2], "is damaged"),
+        (lambda data: data[: len(data) // 2], "is damaged"),
+        (lambda data: data.replace(b"\x00\x00\xe0?", b"\x00\x00\xe0>", 1), "is damaged"),
+        (lambda data: b"0.1 0.2 0.3\n", "is not an npz"),
+    ],
+)
+def test_a_damaged_file_of_points_is_refused_in_one_line(folder, damage, said):
+    whole = (folder / "marked.npz").read_bytes()
+    (folder / "marked.npz").write_bytes(damage(whole))
+    assert (folder / "marked.npz").read_bytes() != whole
+    with pytest.raises(InputError, match=rf"shape 5: '.*marked.npz' {said}") as error:
+        load_shapes(folder / "shapes.yaml")
+    assert "\n" not in str(error.value)
+    assert "pickle" not in str(error.value)
+
+
+@pytest.mark.parametrize("points", [np.array([None]), np.array(["a"]), None])
+def test_points_that_are_no_numbers_are_refused_without_a_word_on_pickles(folder, points):
+    np.savez(folder / "marked.npz", **({"other": np.zeros(3)} if points is None else {"points": points}))
+    with pytest.raises(InputError, match=r"holds objects as points|holds no array 'points'") as error:
+        load_shapes(folder / "shapes.yaml")
+    assert "pickle" not in str(error.value)
+
+
 def test_a_file_that_is_not_there_is_refused(tmp_path):
     with pytest.raises(InputError, match="cannot be read: No such file"):
         load_shapes(tmp_path / "none.yaml")

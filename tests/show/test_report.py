@@ -202,6 +202,32 @@ def test_a_missing_summary_is_refused(folder, tmp_path, capfd):
     assert "summary.json' is missing" in capfd.readouterr().err
 
 
+@pytest.mark.parametrize("damage", ["", "PK", "array", "length"])
+def test_a_damaged_history_is_refused_in_one_line(folder, tmp_path, capfd, damage):
+    copy = shutil.copytree(folder, tmp_path / "egg")
+    if damage in ("", "PK"):
+        (copy / "history.npz").write_text(damage, encoding="utf-8")
+    else:
+        with np.load(folder / "history.npz") as data:
+            arrays = dict(data)
+        np.savez(copy / "history.npz", **arrays | {"energy": arrays.pop("energy")[:-1]} if damage == "length" else {})
+    assert run(["report", str(copy)]) == 3
+    said = capfd.readouterr().err
+    assert "history.npz' " in said
+    assert said.endswith("; delete it, or solve again\n")
+    assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize("words", [["report"], ["view", "--html", "page.html"]])
+def test_a_result_that_does_not_fit_its_hand_is_not_shown(folder, tmp_path, capfd, monkeypatch, words):
+    monkeypatch.chdir(tmp_path)
+    grasps = reopen.load_grasps(folder)
+    results.save(replace(grasps, joint_names=grasps.joint_names[::-1]), {}, tmp_path / "egg")
+    assert run([words[0], "egg", *words[1:]]) == 3
+    assert "'egg/grasps.npz': joint_names must be those of the hand" in capfd.readouterr().err
+    assert not Path("page.html").exists()
+
+
 # The command ----------------------------------------------------------------------------------------------------------
 
 

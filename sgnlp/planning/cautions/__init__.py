@@ -34,6 +34,7 @@ OF_PLANS: tuple[OfPlan, ...] = (
     plans.torques,
     plans.far_start,
     plans.foreign_mount,
+    plans.replaced,
 )
 REMARKS: tuple[OfCloud, ...] = (clouds.one_view, clouds.table_assumed)
 """Remarks that hold for so many clouds that only a report shows them."""

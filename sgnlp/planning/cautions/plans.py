@@ -7,12 +7,15 @@ import pinocchio as pin
 from scipy.spatial import QhullError, cKDTree
 
 from sgnlp.base.arrays import Array, BoolArray
+from sgnlp.planning.additions import is_own
 from sgnlp.planning.cautions.measures import outside
 from sgnlp.planning.cautions.planned import Planned
 from sgnlp.planning.kkt import SOLVED_FACTOR
 from sgnlp.planning.recompute import recompute
 from sgnlp.planning.solution import torque_share
 from sgnlp.planning.starts import starts
+from sgnlp.program.constraints import preset_constraints
+from sgnlp.program.terms import preset_terms
 
 FEASIBLE_SHARE = 0.5
 """Least share of the starts that end feasible: 95 % do on the problem set (`results/feasible`), so fewer than half is
@@ -157,6 +160,18 @@ def foreign_mount(result: Planned) -> str:
         f"The arm '{arm.name}' has no mount for the hand '{name}' and takes its default, which other hands have: "
         "say under `mount` of an arm.yaml of your own where yours is screwed to it, and name its folder by --arm."
     )
+
+
+def replaced(result: Planned) -> str:
+    """A term or constraint of the user's own has the name of a built-in one, and takes its place."""
+    if result.problem is None:
+        return ""
+    added, settings = result.problem.additions, result.problem.settings
+    builtin = [c.name for c in preset_constraints(settings)] + [t.name for t in preset_terms(settings)]
+    own = [c.name for c in added.constraints if is_own(c.value)] + [t.name for t in added.terms if is_own(type(t))]
+    names = [name for name in own if name in builtin]
+    it = f"the built-in {', '.join(names)}, which {'are' if len(names) > 1 else 'is'} neither planned nor checked"
+    return f"What you added takes the place of {it}: give it another name if you want both." if names else ""
 
 
 def close_runner_up(result: Planned) -> str:
