@@ -26,7 +26,7 @@ NARROW = {"distance": 1e-9, "collision": 1e-9, "force": 1e-9, "deviation": 1e-9,
 """Widths at which the smooth operations are nearly the exact ones, and the contact is measured where NumPy does."""
 SHARE, LEAST = 0.01, 1e-9
 """Two values differ if they do by more than this share of the larger one, and by more than the least."""
-HINT = "a row of a matrix is A[i, :], its numbers are fields of the class, and sgnlp.Ops has what works in both"
+HINT = "a row of a matrix is A[i, :], numbers that change are fields of the class: docs/pages/howto/term.md"
 
 
 class Narrow(Exact):
