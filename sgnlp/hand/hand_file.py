@@ -15,12 +15,14 @@ from sgnlp.base.errors import InputError, unknown
 from sgnlp.hand.description import Changes
 from sgnlp.hand.model import coordinates, link
 from sgnlp.hand.yaml_nodes import (
+    Loader,
     any_mapping,
     check_order,
     frozen,
     mapping,
     numbers,
     positive,
+    radius,
     sequence,
     unknown_name,
     word,
@@ -90,25 +92,10 @@ def text(file: Path) -> str:
         raise InputError(f"{file} cannot be read: {error.strerror}") from None
 
 
-class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
-    """YAML's safe loader, changed to refuse duplicate keys instead of taking the last.
-
-    It is LibYAML's, which takes a tenth of the time, if PyYAML was built with it.
-    """
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        seen = set()
-        for key, _ in node.value:
-            if key.value in seen and isinstance(key, yaml.ScalarNode):
-                raise InputError(f"the key '{key.value}' is there twice (line {key.start_mark.line + 1}); remove one")
-            seen.add(str(key.value))
-        return super().construct_mapping(node, deep)
-
-
 def entries(content: str, keys: Sequence[str] = KEYS, optional: Sequence[str] = OPTIONAL) -> dict[str, Any]:
     """The entries of the file from its text: exactly those of `keys`, and any of the optional ones."""
     try:
-        return mapping(yaml.load(content, _Loader), "the file", keys, optional)
+        return mapping(yaml.load(content, Loader), "the file", keys, optional)
     except (yaml.YAMLError, ValueError, TypeError) as error:
         line = mark.line + 1 if (mark := getattr(error, "problem_mark", None)) else 0
         if line and "\t" in "".join(content.splitlines()[line - 1 : line]):
@@ -164,7 +151,7 @@ def finger(node: Any, model: pin.Model) -> Finger:
     if not joints:
         raise InputError(f"finger '{name}': no movable joint between the root and '{tip}'")
     offset = numbers(data["offset"], (3,), f"offset of finger '{name}'")
-    return Finger(name, tip, offset, positive(data["radius"], f"radius of finger '{name}'"), joints)
+    return Finger(name, tip, offset, radius(data["radius"], f"radius of finger '{name}'"), joints)
 
 
 def effort(node: Any, names: Sequence[str]) -> Array:
@@ -233,7 +220,7 @@ def _sphere(name: str, node: Any, model: pin.Model) -> Sphere:
     data = mapping(node, f"sphere '{name}'", ("link", "centre", "radius"))
     on = model.frames[link(data["link"], model, f"link of sphere '{name}'")].name
     centre = numbers(data["centre"], (3,), f"centre of sphere '{name}'")
-    return Sphere(name, on, centre, positive(data["radius"], f"radius of sphere '{name}'"))
+    return Sphere(name, on, centre, radius(data["radius"], f"radius of sphere '{name}'"))
 
 
 def wrist_starts(node: Any) -> tuple[WristStart, ...]:

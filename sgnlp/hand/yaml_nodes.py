@@ -6,12 +6,31 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 import numpy as np
+import yaml
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError, unknown
 
+LARGEST = 0.5
+"""Largest radius of a pad or a sphere of a hand [m]: one in millimetres is larger."""
 LISTED = 12
 """Largest number of valid names that are listed; of more, only the nearest ones are."""
+
+
+class Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
+    """YAML's safe loader, changed to refuse duplicate keys instead of taking the last.
+
+    It is LibYAML's, which takes a tenth of the time, if PyYAML was built with it.
+    """
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """As YAML's own, but for keys that are there twice."""
+        seen = set()
+        for key, _ in node.value:
+            if key.value in seen and isinstance(key, yaml.ScalarNode):
+                raise InputError(f"the key '{key.value}' is there twice (line {key.start_mark.line + 1}); remove one")
+            seen.add(str(key.value))
+        return super().construct_mapping(node, deep)
 
 
 def unknown_name(kind: str, name: str, valid: Collection[str]) -> InputError:
@@ -77,6 +96,14 @@ def positive(value: Any, where: str) -> float:
     if number <= 0:
         raise InputError(f"{where} must be positive, not {number:g}")
     return number
+
+
+def radius(value: Any, where: str) -> float:
+    """The radius of a part of a hand [m]."""
+    found = positive(value, where)
+    if found > LARGEST:
+        raise InputError(f"{where} must be at most {LARGEST:g} m, not {found:g}; is it in metres?")
+    return found
 
 
 def frozen(values: Iterable[float]) -> Array:

@@ -21,7 +21,7 @@ import yaml
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.hand.hand_file import euler_rotation
-from sgnlp.hand.yaml_nodes import any_mapping, mapping, numbers, positive, sequence, unknown_name, word
+from sgnlp.hand.yaml_nodes import Loader, any_mapping, mapping, numbers, positive, sequence, unknown_name, word
 from sgnlp.perception.shape import Shape
 
 MOST_POINTS = 5000
@@ -55,7 +55,7 @@ def painted(points: Array, radius: float, name: str = "marked points") -> tuple[
 
 def _entries(path: Path) -> list[Any]:
     try:
-        node = yaml.safe_load(path.read_text(encoding="utf-8"))
+        node = yaml.load(path.read_text(encoding="utf-8"), Loader)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}") from None
     except (yaml.YAMLError, ValueError) as error:

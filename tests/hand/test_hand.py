@@ -260,6 +260,11 @@ def test_the_five_fingered_hand_has_fifteen_joints_and_five_that_follow():
         ("effort: 1.0\n", "", "the key 'effort' is missing"),
         ("effort: 1.0", "effort: yes", "effort must be 9 finite numbers, not True"),
         ("effort: 1.0", "effort: 1.0\neffort: 2.0", "the key 'effort' is there twice"),
+        (
+            "offset: [0.01, 0, 0.03], radius: 0.008",
+            "offset: [0.01, 0, 0.03], radius: 12",
+            "radius of finger 'a' must be at most 0.5 m, not 12; is it in metres",
+        ),
         ("effort: 1.0", "\teffort: 1.0", "has a tab; YAML is indented by spaces"),
         ("name: three_fingers", "name: [a, b]", "name must be a text"),
         ("tip: b_tip", "tip: a_tip", "fingers 'a' and 'b' have one tip, 'a_tip'; each has its own"),

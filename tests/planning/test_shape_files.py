@@ -54,6 +54,7 @@ def test_a_file_of_one_shape_needs_no_list(folder):
         ("- {cylinder: {radius: 0.1}, position: [0, 0, 0]}", "the key 'height' is missing"),
         ("- {points: none.npz}", "holds no array 'points'"),
         ("- [1, 2]", "shape 1 must be a mapping"),
+        ("- {sphere: 1, position: [0, 0, 1], position: [0, 0, 2]}", "the key 'position' is there twice"),
         ("box: [", "is not YAML"),
     ],
 )
