@@ -160,7 +160,8 @@ def test_a_library_that_a_plan_left_half_built_is_finished_by_what_comes_after_i
         "from sgnlp.cli import background; background.NEARLY = -1; import pathlib, time; from sgnlp.cli import solve;"
         "show = solve._show;"
         f"cache = pathlib.Path({str(cache)!r});"
-        "wait = lambda: any(cache.glob('.build-program-*/*.o')) or time.sleep(0.02) or wait();"
+        "begun = lambda: time.sleep(0.02) or any(cache.glob('.build-program-*/*.o'));"
+        "wait = lambda: list(iter(begun, True));"
         "solve._show = lambda *given: (wait(), show(*given))"
     )
     done = subprocess.run([*slow, "solve", "ellipsoid.npz", *FLAGS], capture_output=True, encoding="utf-8", check=False)
