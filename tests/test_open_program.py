@@ -14,7 +14,7 @@ from scenes import SMALL, ellipsoid, hand, observation, random_point
 import sgnlp
 from sgnlp.cli import codes, run
 from sgnlp.planning import extension as planning_extension
-from sgnlp.planning.additions import Additions
+from sgnlp.planning.additions import CHECKS, Additions
 from sgnlp.planning.batch import Task
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import Problem, build_problem
@@ -99,6 +99,11 @@ def test_what_is_added_is_in_the_tables_and_what_is_not_met_is_named(plan):
     assert "impossible" in {v.name for v in s.violations}
     assert not s.feasible
     assert plan.best is None
+
+
+def test_no_constraint_can_have_the_name_of_a_check_of_every_plan(plan):
+    of_plan = {check.name for check in plan.solutions[0].checks} - {one.name for one in plan.problem.constraints}
+    assert of_plan == {"joint_limits", "stable"} <= set(CHECKS)
 
 
 def test_a_formulation_of_ones_own_is_solved_in_its_phases():

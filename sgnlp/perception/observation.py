@@ -198,23 +198,23 @@ def observe(
     around = cameras.background(background, background_view)
     mesh = None if mesh_vertices is mesh_faces is None else clouds.mesh(mesh_vertices, mesh_faces)
     in_the_way = clouds.obstacles(obstacle_points, obstacle)
-    check_obstacles(moved(in_the_way[0] * scale, place) if in_the_way else None, clean.points)
+    obstacles = _placed(clouds.OBSTACLES, in_the_way, scale, place)
+    check_obstacles(obstacles.get("obstacle_points"), clean.points)
     given = (cloud, cameras.view, cameras.positions, *(around or ()), *(in_the_way or ()))
-    digest = _digest(given, options if pose is None else (*options, pose))
     return Observation(
         points=_frozen(clean.points),
         view=_frozen(np.searchsorted(kept, cameras.view[clean.index])),
         view_names=tuple(cameras.names[i] for i in kept),
         table_height=table,
         name=clouds.safe_name(name),
-        digest=digest,
+        digest=_digest(given, options if pose is None else (*options, pose)),
         camera_positions=None if positions is None else _frozen(positions),
         mass=mass,
         friction=friction,
         notes=tuple(clean.notes),
         **_placed(("background", "background_view"), _chosen(around, kept), scale, place),
         **_placed(("mesh_vertices", "mesh_faces"), mesh, scale, place),
-        **_placed(("obstacle_points", "obstacle"), in_the_way, scale, place),
+        **obstacles,
     )
 
 

@@ -6,9 +6,8 @@ from scipy.spatial import cKDTree
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.perception.depth_checks import NEAREST
+from sgnlp.perception.shape import FAR
 
-FAR = 10.0
-"""No camera that measures an object, and nothing that is in its way, is as far from it as this [m]."""
 SAME, MOST_SAME = 1e-4, 0.5
 """A point is there twice if another one is this near [m]. Obstacles that have more than this share of the object's
 points are the scene from which the object was not cut out."""

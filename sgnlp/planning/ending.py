@@ -14,8 +14,9 @@ ROUNDS = 5
 of them, cracker_2, has one in the fifth, the others have none in five (`results/rounds`)."""
 NEAR = 0.1
 """A start comes near a feasible grasp if no row of its program is violated by more than this, in the row's scale: 1 mm,
-0.1 N, or 0.1 of a friction margin. On the tuning half the nearest start of a first round without a feasible one is 0.05
-to 0.1 off; that of a card, of a plate and of a cube of 30 cm is 0.2 to 1.2 off."""
+0.1 N, or 0.1 of a friction margin. Chosen on the tuning half and on shapes that no hand can hold: where a later round
+could help, the nearest start of the first was nearer than this; those of a card, a plate and a cube of 30 cm
+were not."""
 LEFT = (ENOUGH, TOO_LATE)
 """Why a start gave no solution that can still be tried."""
 

@@ -27,7 +27,9 @@ def settings(meta: dict[str, Any]) -> Settings:
     try:
         return _restored(meta)
     except UNREADABLE:
-        raise InputError("settings of the result cannot be read; solve it again") from None
+        raise InputError(
+            "settings of the result cannot be read; solve it again: they are another version's, or damaged"
+        ) from None
 
 
 def _restored(meta: Mapping[str, Any]) -> Settings:

@@ -159,8 +159,8 @@ def searched(
     """
     solver = settled(asked.additions.solver, asked.settings.solver)
     search = Search(*near, solver, asked.count, asked.seed, asked.jobs, asked.timeout)
-    search.agree()
     fitted, deadline = time.perf_counter(), asked.ending.deadline
+    search.agree()
     until = inf if deadline is None else begin + deadline
     search, results = _rounds(search, asked.ending, until, progress)
     seconds = {"fit": fitted - begin, "solve": time.perf_counter() - fitted}
