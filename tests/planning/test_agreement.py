@@ -1,6 +1,6 @@
 """Terms and constraints of one's own that mean other things in CasADi than in NumPy are refused."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -24,22 +24,31 @@ def compared(form: str = "constrained", **added: object) -> None:
     agree(problem, starts(problem, 1, 0)[0])
 
 
-@dataclass(frozen=True)
-class Everything(sgnlp.Term):
-    """Every operation, on quantities of fingers."""
-
-    def value(self, g, op):
-        gaps, forces = g.gaps, g.forces_eq
-        sizes = op.norm(forces) + op.residual(forces) + op.least(5.0, op.dot(forces, forces))
-        near = op.hinge(gaps - 0.01) + op.abs(gaps) + op.log(gaps) + op.closest(gaps, g.gains)
-        return op.sum(sizes) + op.sum(near) + op.square(g.contacts) + op.sum(op.stack(gaps, g.gains))
+OPERATIONS = {
+    "norm": lambda g, op: op.norm(g.forces_eq),
+    "residual": lambda g, op: op.residual(g.forces_eq),
+    "dot": lambda g, op: op.dot(g.forces_eq, g.contacts),
+    "square": lambda g, op: op.square(g.contacts),
+    "sum": lambda g, op: op.sum(g.gaps),
+    "stack": lambda g, op: op.stack(g.gaps, g.contacts),
+    "least": lambda g, op: op.least(5.0, op.norm(g.forces_eq)),
+    "closest": lambda g, op: op.closest(g.gaps, g.contacts[:, 2]),
+    "hinge": lambda g, op: op.hinge(g.contacts[:, 2] - 0.01),
+    "abs": lambda g, op: op.abs(g.contacts[:, 0]),
+    "log": lambda g, op: op.log(g.contacts[:, 2]),
+    "matrix": lambda g, op: g.contacts,
+}
+"""Constraints, each of one operation: in a sum a small value would not be seen beside a large one."""
 
 
 @pytest.mark.parametrize("form", FORMS)
 def test_what_is_written_in_the_operations_agrees_in_every_formulation(form):
-    sizes = sgnlp.Constraint("sizes", lambda g, op: op.norm(g.forces_eq), upper=100.0, unit="N")
-    places = sgnlp.Constraint("places", lambda g, op: g.contacts, upper=10.0, unit="m")
-    compared(form, terms=(Everything(weight=1e-6),), constraints=(sizes, places))
+    rows = [sgnlp.Constraint(name, value, upper=1e3) for name, value in OPERATIONS.items()]
+    terms = [
+        type(name.title(), (sgnlp.Term,), {"value": lambda self, g, op, of=value: op.sum(of(g, op)), "name": name})
+        for name, value in OPERATIONS.items()
+    ]
+    compared(form, constraints=tuple(rows), terms=tuple(term() for term in terms))
 
 
 def element(g, op):
