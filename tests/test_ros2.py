@@ -48,7 +48,7 @@ class FakeNode:
 
     def __init__(self, name: str) -> None:
         self.name, self.sent, self.heard, self.served, self.defaults = name, [], {}, {}, {}
-        self.now = 5_000_000_000
+        self.now, self.told = 5_000_000_000, []
 
     def declare_parameter(self, name, value):
         self.defaults[name] = value
@@ -73,7 +73,7 @@ class FakeNode:
         self.publisher = None
 
     def get_logger(self):
-        return SimpleNamespace(error=lambda text: None)
+        return SimpleNamespace(error=self.told.append)
 
 
 @pytest.fixture
@@ -159,6 +159,18 @@ def test_the_weight_is_borne_as_the_wrist_is_turned(ros, folder, grasps):
     expected = controller.torques(0.0, np.array(TURNED), told.joints, still)
     assert np.abs(expected).max() > 1e-3
     np.testing.assert_allclose(running.sent[-1].data, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), (np.nan, 0.0, 0.0, 1.0)])
+def test_a_wrist_that_nobody_filled_in_is_left_out_in_one_line(ros, folder, grasps, turn):
+    running = node({"result": str(folder)})
+    turned = SimpleNamespace(**dict(zip("xyzw", turn, strict=True)))
+    pose = SimpleNamespace(position=SimpleNamespace(x=0.0, y=0.0, z=0.0), orientation=turned)
+    running.heard["wrist"](ros["geometry_msgs/PoseStamped"](header=SimpleNamespace(frame_id=""), pose=pose))
+    np.testing.assert_array_equal(running.wrist, command(grasps).wrist)
+    (line,) = running.told
+    assert line.startswith("left out a wrist")
+    assert "\n" not in line
 
 
 def test_states_of_another_part_or_without_speeds_are_passed_over_and_those_that_are_no_numbers_give_no_torque(

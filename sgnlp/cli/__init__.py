@@ -11,6 +11,7 @@ import argparse
 import gc
 import operator
 import sys
+import traceback
 from functools import reduce
 from importlib import import_module
 from itertools import pairwise
@@ -153,7 +154,7 @@ def _told(error: BaseException) -> tuple[int | None, Text | str]:
     if isinstance(error, MachineError):
         return codes.MACHINE, line(error)
     if isinstance(error, SgnlpError):
-        return codes.BAD_INPUT, line(error)
+        return codes.BAD_INPUT, line(f"{error}{_own_line(error)}")
     if isinstance(error, OSError):
         where = f"'{error.filename}': " if error.filename else ""
         said = error.strerror or str(error) or type(error).__name__
@@ -163,6 +164,17 @@ def _told(error: BaseException) -> tuple[int | None, Text | str]:
     if isinstance(error, RuntimeError) and "start new thread" in str(error):
         return codes.MACHINE, line("no more processes can be started; raise the limit (ulimit -u)")
     return None, ""
+
+
+def _own_line(error: BaseException) -> str:
+    """The line of a file of --with in which an error began, in brackets; "" if it began elsewhere."""
+    frames = traceback.walk_tb(error.__context__.__traceback__ if error.__context__ else None)
+    own = [
+        f" ({frame.f_code.co_filename}, line {number})"
+        for frame, number in frames
+        if str(frame.f_globals.get("__name__")).startswith("sgnlp_extension_")
+    ]
+    return own[-1] if own else ""
 
 
 class _Console(Console):

@@ -63,8 +63,11 @@ class Cloud(Checked):
     def run(self, console: Console) -> int:
         """Read the files, unproject or cluster, save."""
         check_problem_file(self.out)
-        if any(file.exists() and self.out.exists() and file.samefile(self.out) for file in self.files):
-            raise InputError(f"--out is the input '{self.out}', which it would replace; name another file")
+        for out in (self.out, *([self.png] if self.png else [])):
+            if any(file.exists() and out.exists() and file.samefile(out) for file in self.files):
+                raise InputError(f"'{out}' is an input, which the output would replace; name another file")
+        if self.png and self.png.suffix.lower() != ".png":
+            raise InputError(f"--png must end in .png; found '{self.png}'")
         return self._marked(console) if self.masks else self._parted(console)
 
     def _parted(self, console: Console) -> int:

@@ -63,7 +63,7 @@ def _courses(file: Path) -> dict[str, Any]:
     if not file.is_file():
         return {}
     try:
-        return read_archive(file, "history", _rows)
+        return read_archive(file, "a history of sgnlp", _rows)
     except InputError as error:
         raise InputError(f"{error}; delete it, or solve again") from None
 

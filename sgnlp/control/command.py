@@ -11,15 +11,13 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand
-from sgnlp.hand.kinematics import tips
+from sgnlp.hand.kinematics import NORM_OFF, tips
 
 NEEDED = ("wrist", "joints", "tips", "targets", "gains")
 ARRAYS = (*NEEDED, "joints_contact", "joints_squeeze", "contacts_eq", "forces_eq", "rotation_eq", "translation_eq")
 """The fields of a command that are arrays; all but the needed ones may be None."""
 TIPS_OFF = 5e-3
 """[m], by which the tips of a planned grasp may be off those of its hand: a left and a right hand differ by more."""
-NORM_OFF = 1e-3
-"""By which the norm of a quaternion may be off 1: poses have at least four digits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,9 +104,9 @@ def check(command: Command, hand: Hand) -> None:
 
 
 def check_unit(wrist: Array, name: str) -> None:
-    """Raise `InputError` if the quaternion of a pose (7,) has not the norm 1. NaN is not refused here."""
+    """Raise `InputError` if the quaternion of a pose (7,) has not the norm 1."""
     x, y, z, w = wrist[3:].tolist()
-    if abs((x * x + y * y + z * z + w * w) ** 0.5 - 1.0) > NORM_OFF:
+    if not abs((x * x + y * y + z * z + w * w) ** 0.5 - 1.0) <= NORM_OFF:  # NaN too
         raise InputError(f"{name} must be x y z [m] and a unit quaternion qx qy qz qw, not {wrist}")
 
 

@@ -49,7 +49,7 @@ class Controller:
         τ = Σ J_iᵀ (k_i (s_i(t) - a_i) - d_i ȧ_i) + N (k_q (q* - q) - d_q q̇) + ∂U/∂q, within the effort of each joint.
         Under position control a spring in each joint replaces the first two parts. `wrist` (7,) is the pose of the root
         link in the world, x y z [m] qx qy qz qw, `joints` (n,) [rad or m] and `speeds` (n,) [rad/s or m/s]. The same
-        arguments give the same torques. A state with NaN gives torques with NaN.
+        arguments give the same torques. Joints or speeds with NaN give torques with NaN.
 
         Raises:
             InputError: an argument has another shape, or the quaternion is not of norm 1.

@@ -15,6 +15,7 @@ from sgnlp.base.arrays import Array, BoolArray, IntArray
 from sgnlp.base.checked import POSITIVE, Checked, Positive
 from sgnlp.base.errors import InputError
 from sgnlp.perception.sampling import MAX_POINTS, grid_sample
+from sgnlp.perception.shape import FAR
 from sgnlp.perception.text_rows import counts
 
 SAME = 1e-6
@@ -103,6 +104,8 @@ class Cleaning:
 
         These are zeros and other marks for "no return", whether or not they were moved to the world with the rest.
         """
+        if table is not None and not (np.asarray(table).dtype.kind in "fiu" and np.isfinite(table)):
+            raise InputError(f"the table height must be a number; found {table}")
         _, first, cell, number = np.unique(
             _cells(self.points), return_index=True, return_inverse=True, return_counts=True
         )
@@ -151,8 +154,8 @@ class Cleaning:
             self.notes.append(f"Assumed the table at {table:.4f} m, the {share} quantile of the heights.")
         else:
             table = float(given)
-            if not np.isfinite(table):
-                raise InputError(f"the table height must be a number; found {given}")
+            if table < heights.min() - FAR:
+                raise InputError(f"the table at {table:.4f} m is more than {FAR:g} m below; is it in metres? {span}")
         above = heights >= table
         share_below = 1.0 - above.mean()
         if share_below > self.settings.max_share_below_table:

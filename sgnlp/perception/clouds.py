@@ -35,6 +35,9 @@ EXPECTED = (
     "an npz with 'points' (N, 3) in metres or one array 'points_<camera>' per camera, "
     f"or a file ending in .npy {' '.join(point_files.SUFFIXES)}"
 )
+ROTATION_SLACK = 1e-3
+"""Largest deviation of a pose's rotation from an orthogonal matrix: poses have at least four digits."""
+HEAVIEST = 100.0  # [kg] no hand lifts more; a mass in grams is more
 MAX_NAME = 100
 UNSAFE = re.compile(r"[^\w .+-]")  # in the name of a folder
 ZIP_HEADS = (b"PK\x03\x04", b"PK\x05\x06")  # of an archive with files, and of an empty one
@@ -77,8 +80,13 @@ def read(path: str | Path, key: str | None = None) -> dict[str, Any]:
 
 def check_name(name: str) -> None:
     """Raise `InputError` for a name that is a path, or too long or empty for a folder."""
-    if not name.strip(" .") or len(name) > MAX_NAME or any(c in "/\\" or not c.isprintable() for c in name):
-        raise InputError(f"the name {name[:40]!r} must be 1 to {MAX_NAME} characters without a path")
+    if (
+        not isinstance(name, str)
+        or not name.strip(" .")
+        or len(name) > MAX_NAME
+        or any(c in "/\\" or not c.isprintable() for c in name)
+    ):
+        raise InputError(f"the name {str(name)[:40]!r} must be 1 to {MAX_NAME} characters without a path")
 
 
 def safe_name(name: str) -> str:
@@ -86,17 +94,34 @@ def safe_name(name: str) -> str:
     return UNSAFE.sub("_", name).lstrip(" .+-")[:MAX_NAME] or "object"
 
 
-def check_truth(**values: float | None) -> None:
-    """Raise `InputError` for a mass or another property of a body that is given and not positive."""
+def check_positive(**values: float | None) -> None:
+    """Raise `InputError` for a property of a body, or a scale, that is given and not positive, or a mass in grams."""
     for key, value in values.items():
-        if value is not None and not (np.isfinite(value) and value > 0):
-            raise InputError(f"'{key}' must be a positive number; found {value}")
+        most, unit = (HEAVIEST, f" of kg, at most {HEAVIEST:g}") if key == "mass" else (np.finfo(float).max, "")
+        if value is not None and not (np.asarray(value).dtype.kind in "fiu" and 0 < value <= most):
+            raise InputError(f"'{key}' must be a positive number{unit}; found {value}")
 
 
-def check_scale(scale: float) -> None:
-    """Raise `InputError` for a scale that is not a positive number."""
-    if not (np.isfinite(scale) and scale > 0):
-        raise InputError(f"the scale must be a positive number; found {scale}")
+def checked_pose(value: object, name: str = "pose") -> Array:
+    """The pose (4, 4), also from (3, 4). Raises `InputError`, which calls it `name`, if it is not a rigid motion."""
+    pose = floats(value, name, (3, 4) if np.asarray(value, object).shape == (3, 4) else (4, 4))
+    if len(pose) == 3:
+        pose = np.vstack([pose, [0.0, 0, 0, 1]])
+    if not np.isfinite(pose).all():
+        raise InputError(f"the {name} must be finite")
+    R, volume = pose[:3, :3], float(np.linalg.det(pose[:3, :3]))
+    size = np.cbrt(abs(volume)) or 1.0
+    turn = np.abs(R.T @ R / size**2 - np.eye(3)).max() < ROTATION_SLACK
+    if turn and np.array_equal(pose[:, 3], [0, 0, 0, 1]) and pose[3, :3].any():
+        raise InputError(f"the {name} is transposed: its translation belongs into the last column; give it by rows")
+    faults = {
+        "": not (turn and np.array_equal(pose[3], [0, 0, 0, 1])),
+        f"; this one scales by {size:.4g}": abs(size - 1) >= ROTATION_SLACK / 2,
+        "; this one mirrors, its determinant is -1": volume < 0,
+    }
+    for fault in (fault for fault, there in faults.items() if there):
+        raise InputError(f"the {name} must be [[R, t], [0 0 0 1]] with a rotation matrix R, camera to world{fault}")
+    return pose
 
 
 def mesh(vertices: object, faces: object) -> tuple[Array, IntArray]:
@@ -227,6 +252,8 @@ def _from_arrays(arrays: dict[str, object], stem: str, chosen: str | None) -> di
     ignored = sorted(set(arrays) - {points_key, *cameras, *attributes, *OPTIONAL_KEYS, TRANSFORM})
     notes += [f"Ignored the unknown keys {', '.join(ignored)}."] if ignored else []
     found["notes"] = (*found.get("notes", ()), *notes)
+    if TRANSFORM in arrays:
+        checked_pose(arrays[TRANSFORM], TRANSFORM)
     return found
 
 
@@ -265,6 +292,8 @@ def _is_attribute(word: str, array: NDArray[np.generic]) -> bool:
 
 def _offer(arrays: dict[str, object]) -> str:
     """A hint which arrays could be given as --key."""
+    if "tips_pregrasp" in arrays:
+        return "it is a result of sgnlp solve, not a cloud; "
     shapes = {key: np.asarray(array) for key, array in arrays.items() if key not in (*OPTIONAL_KEYS, *ATTRIBUTES)}
     fitting = [key for key, a in shapes.items() if a.ndim > 1 and a.shape[-1] == 3 and a.dtype.kind in "fiu"]
     return f"if '{fitting[0]}' holds the points, say --key {fitting[0]}; " if fitting else ""

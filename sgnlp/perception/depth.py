@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike
 from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.base.errors import InputError
 from sgnlp.perception import depth_checks, free_space, level, masks
-from sgnlp.perception.clouds import floats
-from sgnlp.perception.observation import DEFAULTS, Observation, ObservationSettings, checked_pose, observe
+from sgnlp.perception.clouds import checked_pose, floats
+from sgnlp.perception.observation import DEFAULTS, Observation, ObservationSettings, observe
 
 TABLE_REACH = 0.1
 """The table is looked for this far around the object's cloud [m]."""
@@ -157,7 +157,7 @@ def arrays(images: Sequence[DepthImage], table_height: float | None = None) -> d
         "camera_positions": positions,
         "background": np.concatenate(behind),
         "background_view": np.repeat(np.arange(len(images)), [len(points) for points in behind]),
-        "notes": [],
+        "notes": depth_checks.twins([np.asarray(i.depth) for i in images], [i.pose for i in images], names),
     }
     measured, count = _table(found["points"], np.concatenate(rest))
     if table_height is None and measured is not None:

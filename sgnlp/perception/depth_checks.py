@@ -4,6 +4,8 @@ Each check returns notes with its threshold, or raises `InputError`. `level` che
 """
 
 from collections.abc import Sequence
+from itertools import combinations
+from typing import Any
 
 import numpy as np
 
@@ -61,6 +63,25 @@ def intrinsics(K: Array, shape: tuple[int, ...]) -> list[str]:
             f"fx = {f[0]:g} and fy = {f[1]:g} differ by {unequal:.0%}, more than {MAX_UNEQUAL:.0%}: right for an image "
             "stretched in one direction alone."
         )
+    return notes
+
+
+def twins(views: Sequence[Array], poses: Sequence[Any], names: Sequence[str]) -> list[str]:
+    """Notes on images that are the same number by number, seen from two poses; cameras that look at a symmetrical scene
+    without noise have such.
+
+    Raises:
+        InputError: so are two images of one pose, or two clouds, whose poses are None.
+    """
+    notes = []
+    for (a, one, name), (b, two, other) in combinations(zip(views, poses, names, strict=True), 2):
+        if np.array_equal(a, b, equal_nan=True):
+            same = f"two views, '{name}' and '{other}', are the same, number by number"
+            if one is None or np.array_equal(one, two):
+                raise InputError(f"{same}; give every file once")
+            notes.append(
+                f"{same[0].upper()}{same[1:]}. If the scene is not the same from both sides, one was given twice."
+            )
     return notes
 
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from sgnlp.base.errors import InputError
 from sgnlp.perception import camera_files, masks
+from sgnlp.perception.clouds import checked_pose
 from sgnlp.perception.depth import DepthImage, checked_intrinsics
-from sgnlp.perception.observation import checked_pose
 
 DEPTH_SUFFIXES = (".npy", ".png", ".tif", ".tiff", ".pgm")
 MASK_SUFFIXES = (*DEPTH_SUFFIXES, ".bmp", ".jpg", ".jpeg")

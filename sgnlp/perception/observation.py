@@ -25,8 +25,6 @@ from sgnlp.perception.views import Cameras
 Up = Literal["x", "y", "z", "minus-x", "minus-y", "minus-z"]
 UPS = get_args(Up)
 UNTURNED: Up = "z"
-ROTATION_SLACK = 1e-3
-"""Largest deviation of a pose's rotation from an orthogonal matrix: poses have at least four digits."""
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 Numbered = tuple[Array, IntArray] | None  # points (N, 3) and a number (N,) with each
@@ -177,12 +175,11 @@ def observe(
         InputError: the points cannot be the cloud of one graspable object on a table.
     """
     clouds.check_name(name)
-    clouds.check_truth(mass=mass, friction=friction)
-    clouds.check_scale(scale)
+    clouds.check_positive(mass=mass, friction=friction, scale=scale)
     cloud, said = clouds.rows(points, "points")
     cameras = Cameras.of(len(cloud), view, view_names, camera_positions)
     options = (cameras.names, table_height, scale, views, settings)
-    place = None if pose is None else checked_pose(pose)
+    place = None if pose is None else clouds.checked_pose(pose)
     kept = cameras.pick(views)
     clean = Cleaning(cloud, settings, [*notes, *said, *cameras.notes])
     clean.keep(np.isin(cameras.view, kept), "belong to views that were not chosen")
@@ -258,21 +255,6 @@ def world_pose(up: str, pose: Sequence[float] | None) -> Array | None:
     turn[:3, :3] = 0.0
     turn[2, axis], turn[side, side], turn[axis, 2] = sign, 1.0, -sign
     return turn
-
-
-def checked_pose(value: ArrayLike) -> Array:
-    """The pose (4, 4), also from (3, 4). Raises `InputError` if it is not a rigid motion."""
-    given = np.asarray(value)
-    pose = clouds.floats(given, "pose", (3, 4) if given.shape == (3, 4) else (4, 4))
-    if len(pose) == 3:
-        pose = np.vstack([pose, [0.0, 0, 0, 1]])
-    R = pose[:3, :3]
-    rigid = np.isfinite(pose).all() and np.abs(R.T @ R - np.eye(3)).max() < ROTATION_SLACK and np.linalg.det(R) > 0
-    if rigid and np.array_equal(pose[:, 3], [0, 0, 0, 1]) and pose[3, :3].any():
-        raise InputError("the pose is transposed: its translation belongs into the last column; give it by rows")
-    if not (rigid and np.array_equal(pose[3], [0, 0, 0, 1])):
-        raise InputError("the pose must be [[R, t], [0 0 0 1]] with a rotation matrix R, camera to world")
-    return pose
 
 
 def _digest(arrays: Iterable[Array | IntArray | None], options: object) -> str:

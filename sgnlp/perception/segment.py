@@ -15,10 +15,10 @@ from scipy.spatial import cKDTree
 
 from sgnlp.base.arrays import Array, BoolArray, IntArray
 from sgnlp.base.errors import InputError
-from sgnlp.perception.clouds import floats
+from sgnlp.perception import depth_checks
+from sgnlp.perception.clouds import checked_pose, floats
 from sgnlp.perception.clusters import clustered
 from sgnlp.perception.faults import fault
-from sgnlp.perception.observation import checked_pose
 from sgnlp.perception.scene import NO_CLUSTER, Cluster, Scene
 from sgnlp.perception.scene_planes import ScenePlane
 from sgnlp.perception.scene_views import as_views, cleaned, points_of
@@ -64,6 +64,8 @@ def segment(
     """
     positions = None if camera_positions is None else floats(camera_positions, "camera_positions", (None, 3))
     given, clean, said = as_views(views, positions), [], list(notes)
+    raw = [view.points if view.image is None else np.asarray(view.image.depth) for view in given]
+    said += depth_checks.twins(raw, [view.image and view.image.pose for view in given], [view.name for view in given])
     for view in given:
         alone = f"{view.name}: " if len(given) > 1 else ""
         said += view.image.notes if view.image else ()

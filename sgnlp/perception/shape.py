@@ -117,7 +117,10 @@ def _length(value: float, what: str) -> float:
 def _turn(rotation: ArrayLike | None, name: str) -> Array:
     if rotation is None:
         return np.eye(3)
-    R = np.asarray(rotation, float)
+    try:
+        R = np.asarray(rotation, float)
+    except (TypeError, ValueError):
+        R = np.zeros(0)
     if R.shape != (3, 3) or not np.allclose(R @ R.T, np.eye(3), atol=1e-6) or np.linalg.det(R) < 0:
         raise InputError(f"the rotation of '{name}' must be a rotation matrix (3, 3)")
     return R

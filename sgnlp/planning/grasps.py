@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.hand.hand import Hand
+from sgnlp.hand.kinematics import NORM_OFF
 from sgnlp.planning.solution import Solution
 from sgnlp.program.carried import POSTURES
 from sgnlp.program.terms import Term
@@ -103,8 +104,6 @@ CLEARANCES = ("object_clearance", "table_clearance", "object_clearance_contact")
 """Fields per sphere of the hand but the pads."""
 FINITE = ("wrist", "joints", "tips_pregrasp", "contacts", "targets", "gains")
 """Fields that are never NaN for a feasible grasp."""
-UNIT = 1e-3
-"""Largest error of the norm of a wrist's quaternion."""
 
 
 def same(a: Grasps, b: Grasps) -> bool:
@@ -145,7 +144,7 @@ def unfit(grasps: Grasps, hand: Hand) -> str:
     for name in FINITE:
         if not np.isfinite(getattr(grasps, name)[grasps.feasible]).all():
             return f"{name} must be finite"
-    if (np.abs(np.linalg.norm(grasps.wrist[:, 3:], axis=1) - 1) > UNIT).any():
+    if (np.abs(np.linalg.norm(grasps.wrist[:, 3:], axis=1) - 1) > NORM_OFF).any():
         return "the quaternions of wrist must have length 1"
     return ""
 

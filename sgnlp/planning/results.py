@@ -41,7 +41,7 @@ def writable(folder: Path) -> None:
     Raises `InputError` if it is not a folder, or cannot be written; `MachineError` if the disk is full.
     """
     try:
-        existing = next(path for path in (folder, *folder.parents) if path.exists())
+        existing = next(path for path in (folder, *folder.parents) if path.exists() or path.is_symlink())
         with tempfile.TemporaryFile(dir=existing):
             pass
     except OSError as error:
@@ -96,7 +96,7 @@ def load_grasps(path: str | Path) -> Grasps:
     file = file / GRASPS if file.is_dir() else file
     if not file.is_file():
         raise InputError(f"no result at '{path}': it should be a folder with {GRASPS}")
-    return read_archive(file, "result", _grasps)
+    return read_archive(file, "a result of sgnlp", _grasps)
 
 
 def _grasps(data: Mapping[str, Any]) -> Grasps:

@@ -11,7 +11,6 @@ the YAML file with an array `points` (M, 3). Each point becomes a ball, which ma
 """
 
 from collections.abc import Callable
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -22,10 +21,13 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.hand.hand_file import euler_rotation
 from sgnlp.hand.yaml_nodes import Loader, any_mapping, mapping, numbers, positive, sequence, unknown_name, word
+from sgnlp.perception.clouds import floats
 from sgnlp.perception.shape import Shape
+from sgnlp.planning.archive import read_archive
 
 MOST_POINTS = 5000
 """Largest number of marked points: each is a shape of its own."""
+POINTS = "an npz with an array 'points' (M, 3)"
 
 
 def load_shapes(file: str | Path) -> tuple[Shape, ...]:
@@ -47,8 +49,8 @@ def painted(points: Array, radius: float, name: str = "marked points") -> tuple[
     Raises:
         InputError: the points are none, too many or not finite, or the radius is not positive.
     """
-    P = np.asarray(points, float)
-    if P.ndim != 2 or P.shape[1] != 3 or not 0 < len(P) <= MOST_POINTS or not np.isfinite(P).all():
+    P = floats(points, name, (None, 3))
+    if not 0 < len(P) <= MOST_POINTS or not np.isfinite(P).all():
         raise InputError(f"'{name}' must be 1 to {MOST_POINTS} finite points (M, 3), not {P.shape}")
     return tuple(Shape.sphere(point, radius, name) for point in P)
 
@@ -70,7 +72,8 @@ def _shapes(node: Any, where: str, path: Path) -> tuple[Shape, ...]:
     entry = any_mapping(node, where)
     kinds = [kind for kind in KINDS if kind in entry]
     if len(kinds) != 1:
-        raise InputError(f"{where} must have one of {', '.join(KINDS)}, not {' and '.join(kinds) or 'none of them'}")
+        found = " and ".join(map(repr, kinds or entry)) or "nothing"
+        raise InputError(f"{where} must have one of {', '.join(KINDS)}; it has {found}")
     read, keys = KINDS[kinds[0]]
     for key in entry:
         if key not in (kinds[0], "name", *keys):
@@ -113,31 +116,9 @@ def _points(entry: dict[str, Any], name: str, where: str, path: Path) -> tuple[S
     file = path.parent / word(entry["points"], f"points of {where}")
     radius = positive(entry.get("radius", 0.006), f"radius of {where}")
     try:
-        return painted(_array(file), radius, name)
+        return painted(read_archive(file, POINTS, lambda data: data["points"]), radius, name)
     except InputError as error:
         raise error.within(where) from None
-
-
-def _array(file: Path) -> Array:
-    """The array `points` of an npz. Raises `InputError` if the file is missing, empty, damaged or something else."""
-    try:
-        content = file.read_bytes()
-        if not content:
-            raise InputError(f"'{file}' is empty; it must be an npz with an array 'points' (M, 3)")
-        if not content.startswith(b"PK"):
-            raise InputError(f"'{file}' is not an npz; it must be one with an array 'points' (M, 3)")
-        with np.load(BytesIO(content), allow_pickle=False) as archive:
-            points = archive["points"] if "points" in archive.files else None
-    except InputError:
-        raise
-    except OSError as error:
-        raise InputError(f"'{file}' holds no array 'points' (M, 3): {error.strerror or 'it is damaged'}") from None
-    except Exception as error:  # a damaged archive can raise almost anything
-        said = "holds objects as points, not numbers" if "Object arrays" in str(error) else "is damaged"
-        raise InputError(f"'{file}' {said}; it must be an npz with an array 'points' (M, 3)") from None
-    if points is None or points.dtype.kind not in "fiu":
-        raise InputError(f"'{file}' holds no array 'points' (M, 3) of numbers")
-    return np.asarray(points, float)
 
 
 Reader = Callable[[dict[str, Any], str, str, Path], tuple[Shape, ...]]

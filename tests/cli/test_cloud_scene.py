@@ -120,7 +120,7 @@ def test_a_cloud_is_not_written_over_itself(files, capfd):
     np.savez("own.npz", points=np.load("own.npy").reshape(-1, 3))
     before = Path("own.npz").read_bytes()
     assert cloud("own.npz", "--out", "own.npz") == codes.BAD_INPUT
-    assert "--out is the input 'own.npz'" in capfd.readouterr().err
+    assert "'own.npz' is an input, which the output would replace" in capfd.readouterr().err
     assert Path("own.npz").read_bytes() == before
 
 
@@ -188,6 +188,13 @@ def test_a_picture_shows_the_numbers(files, capfd):
         (("depth.npy", *IMAGE[1:]), "error: depth.npy: in units of 0.001 m the scene is 0.0007"),
         (("scene.png",), "error: every depth image needs a camera, its intrinsics (--cameras); found 1 images and 0"),
         (("scene.png", "own.npy", "--cameras", "camera.json"), "error: give depth images or clouds, not both"),
+        (("own.npy", "own.npy"), "error: own.npy, own.npy: two views, '0' and '1', are the same, number by number"),
+        (
+            ("own.npy", "--pose", *np.diag([1, 1, -1, 1]).ravel()),
+            "error: own.npy: the pose must be [[R, t], [0 0 0 1]]",
+        ),
+        ((*IMAGE, "--png", "scene.png"), "error: 'scene.png' is an input, which the output would replace"),
+        ((*IMAGE, "--png", "scene.npz"), "error: --png must end in .png; found 'scene.npz'"),
         (("own.npy", "--cameras", "camera.json"), "error: cameras are those of depth images"),
         (("scene.exr", "--cameras", "camera.json"), "error: scene.exr: is OpenEXR, which is not read"),
         (("nowhere.ply",), "error: nowhere.ply: there is no such file"),

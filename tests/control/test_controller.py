@@ -225,7 +225,7 @@ def test_a_state_of_lists_gives_the_torques_of_arrays(hand):
     np.testing.assert_array_equal(listed, control.torques(0.1, told.wrist, told.joints, speeds))
 
 
-@pytest.mark.parametrize("quaternion", [np.zeros(4), np.array([0.0, 0.0, 0.0, 1.1])])
+@pytest.mark.parametrize("quaternion", [np.zeros(4), np.array([0.0, 0.0, 0.0, 1.1]), np.full(4, np.nan)])
 def test_a_wrist_whose_quaternion_is_not_unit_is_refused_and_one_of_four_digits_is_not(quaternion):
     told, still = aimed(LEFT), np.zeros(16)
     control = Controller(LEFT, told)

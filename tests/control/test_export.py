@@ -108,6 +108,20 @@ def test_a_state_that_is_no_number_gives_a_torque_that_is_none_in_either(hand, t
     assert np.isnan(told(Controller(hand, aim), [state])[0, -n:]).any()
 
 
+@pytest.mark.parametrize("part", [0.0, 0.4, np.nan, np.inf])
+def test_a_wrist_without_a_unit_quaternion_is_refused_in_either(program, tmp_path, part):
+    hand = load_hand("allegro_left")
+    aim = aimed(hand)
+    state = (0.1, np.array([0.0, 0, 0, part, part, part, part]), aim.joints, np.zeros(16))
+    with pytest.raises(InputError, match="the wrist must be"):
+        Controller(hand, aim).torques(*state)
+    export(Controller(hand, aim), tmp_path / "grasp.txt")
+    line = " ".join(repr(float(x)) for values in state for x in np.ravel(values))
+    done = subprocess.run([program, tmp_path / "grasp.txt"], input=line, capture_output=True, encoding="utf-8")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "sgnlp: the wrist's quaternion must have norm 1, not" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -72,6 +72,14 @@ def test_two_images_are_two_views_and_the_table_is_measured_around_the_object():
     np.testing.assert_array_equal(observation.background, found["background"])
 
 
+def test_one_image_as_two_views_is_refused_and_noted_where_the_poses_differ():
+    copy = replace(FRONT, name="copy")
+    with pytest.raises(InputError, match="two views, '0' and 'copy', are the same, number by number; give every file"):
+        from_depth([FRONT, copy])
+    notes = arrays([FRONT, replace(copy, pose=BACK.pose)])["notes"]
+    assert "Two views, '0' and 'copy', are the same, number by number. If the scene" in notes[0]
+
+
 def test_without_pixels_around_the_object_the_table_is_left_to_the_cloud():
     bare = replace(FRONT, depth=np.where(FRONT.mask, FRONT.depth, 0.0))
     assert "table_height" not in arrays([bare])
@@ -91,7 +99,9 @@ def test_what_was_not_measured_is_no_point():
         ({"mask": np.ones((3, 3))}, r"the mask must have the shape of the depth image, \(120, 160\); found \(3, 3\)"),
         ({"intrinsics": np.eye(4)}, "'intrinsics' must be an array of real numbers of shape"),
         ({"intrinsics": -np.eye(3)}, "the intrinsics must be"),
-        ({"pose": np.diag([1.0, 1, -1, 1])}, "the pose must be"),
+        ({"pose": np.diag([1.0, 1, -1, 1])}, "the pose must be .*; this one mirrors"),
+        ({"pose": np.diag([2.0, 2, 2, 1])}, "the pose must be .*; this one scales by 2"),
+        ({"pose": np.diag([2.0, 1, 1, 1])}, "the pose must be .* camera to world$"),
         ({"pose": 2 * np.eye(4)}, "the pose must be"),
         ({"unit": 0.0}, "the unit of the depths must be a positive number of metres; found 0.0"),
         ({"depth": np.zeros((120, 160))}, "no depth was measured at any marked pixel of the image '0'"),

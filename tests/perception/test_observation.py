@@ -145,6 +145,7 @@ BAD_ARRAYS = {
     "equal": ({"points": np.full((600, 3), 0.1)}, "has 1 different points of 600"),
     "few": ({"points": np.repeat(GOOD[:4], 50, axis=0)}, "has 4 different points of 200, at least 30 are needed"),
     "four columns": ({"points": np.c_[GOOD, GOOD[:, 0]]}, r"save the three columns .* points\[:, :3\]"),
+    "a transform of zeros": ({"points": GOOD, "transform": np.zeros((4, 4))}, "the transform must be"),
     "a point a column": ({"points": GOOD.T}, r"save its transpose, points\.T"),
     "an index": ({"points": np.c_[np.arange(600), GOOD[:, :2]]}, "the first column counts"),
     "a line": ({"points": GOOD[:, :1] * [1, 2, 3]}, "all points lie on one line"),
@@ -167,7 +168,10 @@ BAD_ARRAYS = {
     ),
     "few cameras": ({"points_a": GOOD, "points_b": GOOD, "camera_positions": np.eye(3)}, "3 rows for 2 views"),
     "bad camera": ({"points": GOOD, "camera_positions": [[np.nan, 0, 0]]}, "'camera_positions' must be finite"),
-    "no mass": ({"points": GOOD, "mass": 0.0}, "'mass' must be a positive number; found 0.0"),
+    "no mass": ({"points": GOOD, "mass": 0.0}, "'mass' must be a positive number of kg, .*; found 0.0"),
+    "a mass in grams": ({"points": GOOD, "mass": 350.0}, "'mass' must be .* of kg, at most 100; found 350"),
+    "a table in mm": ({"points": GOOD, "table_height": -35.0}, "the table at -35.0000 m is more than 10 m below"),
+    "a result": ({"wrist": np.zeros((1, 7)), "tips_pregrasp": np.ones((1, 4, 3))}, "result of sgnlp solve, not a"),
     "two frictions": ({"points": GOOD, "friction": [1.0, 0.5]}, "'friction' must be an array of real numbers"),
     "half a mesh": ({"points": GOOD, "mesh_faces": [[0, 1, 2]]}, "must be given together"),
     "bad faces": (
@@ -191,6 +195,21 @@ def test_bad_arrays_are_refused_in_one_line(tmp_path, arrays, message):
     assert str(caught.value).startswith(str(file))
     assert str(caught.value).isprintable()
     assert os.listdir(tmp_path) == ["cloud.npz"]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"scale": "mm"}, "'scale' must be a positive number; found mm"),
+        ({"mass": "1"}, "'mass' must be a positive number of kg, .*; found 1"),
+        ({"table_height": "0"}, "the table height must be a number; found 0"),
+        ({"name": 3}, "the name '3' must be"),
+        ({"pose": [[1, 0], [0]]}, "'pose' must be an array of real numbers of shape"),
+    ],
+)
+def test_arguments_of_another_kind_are_refused(wrong, said):
+    with pytest.raises(InputError, match=said):
+        observe(GOOD, **wrong)
 
 
 def test_a_missing_file_a_directory_and_other_files_are_refused(tmp_path):
@@ -307,7 +326,7 @@ def test_millimetres_are_read_with_a_scale(tmp_path):
     for scale in (0.0, -1.0, np.nan, np.inf):
         with pytest.raises(InputError, match=r"--scale must be (positive|a finite number)"):
             load(file, scale=scale)
-        with pytest.raises(InputError, match="the scale must be a positive number"):
+        with pytest.raises(InputError, match="'scale' must be a positive number"):
             observe(GOOD, scale=scale)
 
 

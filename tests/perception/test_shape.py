@@ -78,6 +78,7 @@ def test_moved_and_inflated_shapes_keep_their_distances(name):
         (lambda: Shape.box([0, 0], [0.1, 0.1, 0.1]), "the centre of 'box' must be three numbers"),
         (lambda: Shape.box([0, 0, np.nan], [0.1, 0.1, 0.1]), "the centre of 'box' must be three numbers"),
         (lambda: Shape.box([0, 0, 0], [0.1] * 3, 2 * np.eye(3)), "the rotation of 'box' must be a rotation matrix"),
+        (lambda: Shape.box([0, 0, 0], [0.1] * 3, "z"), "the rotation of 'box' must be a rotation matrix"),
         (lambda: Shape.box([0, 0, 0], [0.1] * 3, -np.eye(3)), "the rotation of 'box' must be a rotation matrix"),
         (lambda: Shape.sphere([0, 0, 0], -0.1), "the radius of 'sphere' must be a positive number"),
         (lambda: Shape.cylinder([0, 0, 0], 0.1, np.inf), "the height of 'cylinder' must be a positive number"),

@@ -237,6 +237,12 @@ def test_a_folder_that_cannot_be_made_is_refused_by_name(tmp_path, folder):
     assert files(tmp_path) == ["file"]
 
 
+def test_a_link_to_nowhere_is_refused_before_any_work(tmp_path):
+    (tmp_path / "link").symlink_to(tmp_path / "nowhere")
+    with pytest.raises(InputError, match=r"the output folder .*link' cannot be written"):
+        results.writable(tmp_path / "link")
+
+
 def test_a_folder_in_the_place_of_the_file_is_refused(grasps, tmp_path):
     (tmp_path / results.GRASPS / "kept").mkdir(parents=True)
     with pytest.raises(InputError, match="cannot be written"):

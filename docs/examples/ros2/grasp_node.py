@@ -19,6 +19,7 @@ from std_srvs.srv import Trigger
 
 import sgnlp
 from sgnlp.control import Controller, Law, command
+from sgnlp.hand.kinematics import NORM_OFF
 
 
 class GraspNode(Node):
@@ -47,7 +48,12 @@ class GraspNode(Node):
     def on_wrist(self, message: PoseStamped) -> None:
         """Where the hand's root link is in the world: which way is down."""
         p, q = message.pose.position, message.pose.orientation
-        self.wrist = np.array([p.x, p.y, p.z, q.x, q.y, q.z, q.w])
+        wrist = np.array([p.x, p.y, p.z, q.x, q.y, q.z, q.w])
+        blank = wrist.tolist() == [0, 0, 0, 0, 0, 0, 1] and not message.header.frame_id
+        if blank or not abs(np.linalg.norm(wrist[3:]) - 1) <= NORM_OFF:
+            self.get_logger().error(f"left out a wrist that is empty or has no unit quaternion: {wrist.tolist()}")
+            return
+        self.wrist = wrist
 
     def on_joints(self, message: JointState) -> None:
         """One cycle."""

@@ -24,7 +24,9 @@ def read_xml(file: Path) -> ElementTree.Element:
         if "unbound prefix" in str(error) and b"xacro:" in file.read_bytes():
             raise InputError(f"{file.name} is xacro; {expand}") from None
         if "invalid token" in str(error) and not _is_utf8(file):
-            raise InputError(f"{file.name} is not UTF-8; save it so, or declare its encoding in <?xml ?>") from None
+            raise InputError(
+                f"{file.name} is not UTF-8; give a URDF or MJCF, save it so, or declare its encoding in <?xml ?>"
+            ) from None
         raise InputError(f"{file.name} is no URDF that can be read: {' '.join(str(error).split())}") from None
     for element in robot.iter():
         texts = [element.tag, *element.attrib.values(), element.text or ""]

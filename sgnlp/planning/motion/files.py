@@ -44,7 +44,7 @@ def load_trajectory(path: str | Path) -> Trajectory:
     file = file / results.MOTION[0] if file.is_dir() else file
     if not file.is_file():
         raise InputError(f"no trajectory at '{path}': a result with a feasible grasp has {results.MOTION[0]}")
-    return read_archive(file, "trajectory", _trajectory)
+    return read_archive(file, "a trajectory of sgnlp", _trajectory)
 
 
 def _trajectory(data: Mapping[str, Any]) -> Trajectory:

@@ -62,10 +62,12 @@ class Controller {
 
   // The torques (n) [N m] at a time [s] from the begin of closing, with the orientation of the root link in the world,
   // joints (n) [rad] and their speeds (n) [rad/s]. They stand until the next call.
-  // Throws std::invalid_argument where there are more or fewer than n.
+  // Throws std::invalid_argument where there are more or fewer than n, or the quaternion is not of norm 1.
   const Vector& torques(double time, const Eigen::Quaterniond& wrist, const Input& joints, const Input& speeds) {
     if (joints.size() != own() || speeds.size() != own())
       throw std::invalid_argument("sgnlp: joints and speeds must be " + std::to_string(own()) + " numbers");
+    if (!(std::abs(wrist.norm() - 1.0) <= norm_off))
+      throw std::invalid_argument("sgnlp: the wrist's quaternion must have norm 1, not " + std::to_string(wrist.norm()));
     place(joints);
     setpoints(time);
     if (position_)
@@ -103,6 +105,8 @@ class Controller {
     Vector3 offset;
     double gain, damping;
   };
+
+  static constexpr double norm_off = 1e-3;  // by which a quaternion's norm may be off 1, as in Python
 
   static double critical(double stiffness, double inertia) { return 2.0 * std::sqrt(stiffness * inertia); }
   int own() const { return static_cast<int>(names_.size()); }
