@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -204,6 +205,7 @@ def test_the_parts_of_a_file_have_its_hash_in_the_key_of_compiled_functions(file
         ("import nothing_there", "fails: ModuleNotFoundError: No module named 'nothing_there'"),
         ("TERMS = [", "fails: SyntaxError"),
         ("import sys\nsys.exit(0)", "fails: SystemExit: 0"),
+        ("\n\nx = 1 / 0", "fails: ZeroDivisionError: division by zero"),
         ("x = 1", "defines none of TERMS, CONSTRAINTS"),
         ("TERMS = 3", "TERMS in .* must be a list, not int"),
         ("import sgnlp\nTERMS = [sgnlp.Term]", "TERMS in .* needs Term objects, not Term, a class; call it"),
@@ -218,6 +220,15 @@ def test_what_is_wrong_with_a_file_is_told_in_a_line(file, text, said, capfd):
     err = capfd.readouterr().err
     assert err.startswith("error: ")
     assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "line"), [("\n\nx = 1 / 0", 3), ("def f():\n    raise OSError\n\n\nf()", 2), ("\nTERMS = [", 2)]
+)
+def test_the_line_of_a_file_that_fails_is_told(file, text, line, capfd):
+    file.write_text(text, encoding="utf-8")
+    assert run(["solve", "egg.npz", "--with", "own.py"]) == codes.BAD_INPUT
+    assert re.search(rf"own\.py, line {line}\)\n$", capfd.readouterr().err)
 
 
 def test_a_file_that_is_not_there_is_told(file, capfd):

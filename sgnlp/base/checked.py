@@ -1,12 +1,16 @@
 """Settings that check their own values."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields
 from functools import cache
 from math import isfinite
-from typing import Annotated, Any, ClassVar, Literal, Self, get_args, get_origin, get_type_hints
+from numbers import Integral, Real
+from types import NoneType, UnionType
+from typing import Annotated, Any, ClassVar, Literal, Self, Union, get_args, get_origin, get_type_hints
 
-from sgnlp.base.errors import InputError, unknown
+import numpy as np
+
+from sgnlp.base.errors import InputError, KindError, unknown
 
 Interval = tuple[float, float]
 """The smallest and the largest valid value, given in the type of a field: `Annotated[int, (1, 10)]`."""
@@ -15,36 +19,50 @@ POSITIVE: Interval = (5e-324, 1.8e308)
 NOT_NEGATIVE: Interval = (0.0, 1.8e308)
 Positive = Annotated[float, POSITIVE]
 NotNegative = Annotated[float, NOT_NEGATIVE]
+NUMBERS: dict[Any, type] = {float: Real, int: Integral}
+WORDS: dict[Any, str] = {
+    float: "a number",
+    int: "a whole number",
+    bool: "True or False",
+    str: "a text",
+    NoneType: "None",
+    Callable: "a function",
+}
+"""Kinds in words."""
 
 
 class Checked:
-    """Settings that refuse NaN, unknown names, and values outside the interval of their field's type."""
+    """Settings that refuse NaN, unknown names, and values of another kind or outside the interval of their field."""
 
     section: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
         """Raise `InputError` naming the first field whose value is not valid."""
         for f in fields(self):  # type: ignore[arg-type]
-            if isinstance(getattr(self, f.name), list):  # JSON has lists instead of tuples
-                object.__setattr__(self, f.name, tuple(getattr(self, f.name)))
-            self._check(f.name, getattr(self, f.name))
+            value = getattr(self, f.name)
+            if isinstance(value, np.ndarray | np.generic):
+                value = value.tolist()
+            # JSON has lists instead of tuples
+            object.__setattr__(self, f.name, tuple(value) if isinstance(value, list) else value)
+            if not type(value).__module__.startswith("tyro"):  # the default of a flag that is required
+                self._check(f.name, getattr(self, f.name))
 
     @classmethod
     def names(cls, name: str) -> tuple[str, ...]:
         """The valid values of a field that takes one of several names; empty for other fields."""
-        kind = _types(cls)[name]  # type: ignore[arg-type]
+        kind = types_of(cls)[name]  # type: ignore[arg-type]
         return get_args(kind) if get_origin(kind) is Literal else ()
 
     @classmethod
     def interval(cls, name: str) -> Interval | None:
         """The interval of a field; None if it has none."""
-        metadata = getattr(_types(cls)[name], "__metadata__", ())  # type: ignore[arg-type]
+        metadata = getattr(types_of(cls)[name], "__metadata__", ())  # type: ignore[arg-type]
         return next((each for each in metadata if isinstance(each, tuple)), None)
 
     @classmethod
     def restored(cls, values: Mapping[str, Any]) -> Self:
         """The settings from plain values, as `asdict` gives them. Names from other versions are ignored."""
-        types = _types(cls)  # type: ignore[arg-type]
+        types = types_of(cls)  # type: ignore[arg-type]
         known = {name: value for name, value in values.items() if name in types}
         return cls(**{n: types[n].restored(v) if isinstance(v, Mapping) else v for n, v in known.items()})
 
@@ -52,6 +70,7 @@ class Checked:
         flag, names = f"{self.section}.{name}".lstrip(".").replace("_", "-"), self.names(name)
         if names and value not in names:
             raise unknown(f"value of --{flag}", value, names)
+        require(f"--{flag}", value, types_of(type(self))[name])  # type: ignore[arg-type]
         for number in value if isinstance(value, tuple) else (value,):
             if isinstance(number, float | int) and not isfinite(number):
                 raise InputError(f"--{flag} must be a finite number, not {number}")
@@ -68,7 +87,40 @@ class Checked:
             raise InputError(f"{names[0]} is above {names[1]}: {getattr(self, low):g} > {getattr(self, high):g}")
 
 
+def require(what: str, value: Any, kind: Any) -> None:
+    """Raise `KindError` unless a value is of a kind."""
+    if not _fits(value, kind):
+        raise KindError(f"{what} must be {_words(kind)}, not {' '.join(repr(value).split()):.60}")
+
+
+def _fits(value: Any, kind: Any) -> bool:
+    """Whether a value is of the kind that a field's type names. A whole number is a number too, a bool is none."""
+    origin, args = get_origin(kind), get_args(kind)
+    if origin is Annotated:
+        return _fits(value, args[0])
+    if origin in (Union, UnionType):
+        return any(_fits(value, each) for each in args)
+    if origin is Literal:
+        return value in args
+    if origin is tuple and isinstance(value, tuple):
+        kinds = args[:1] * len(value) if args[-1] is ... else args
+        return len(value) == len(kinds) and all(map(_fits, value, kinds))
+    return isinstance(value, NUMBERS.get(kind, origin or kind)) and not (kind in NUMBERS and isinstance(value, bool))
+
+
+def _words(kind: Any) -> str:
+    """What a kind is called."""
+    origin, args = get_origin(kind), get_args(kind)
+    if origin is Annotated:
+        return _words(args[0])
+    if origin in (Union, UnionType):
+        return " or ".join(map(_words, args))
+    if origin is tuple:
+        return f"a tuple of {'any length' if args[-1] is ... else len(args)}, each part {_words(args[0])}"
+    return WORDS.get(origin or kind) or f"of {getattr(kind, '__name__', kind)}"
+
+
 @cache
-def _types(kind: type) -> dict[str, Any]:
+def types_of(kind: type) -> dict[str, Any]:
     """The types of the fields of a class, with the extras of `Annotated`."""
     return get_type_hints(kind, include_extras=True)

@@ -15,6 +15,10 @@ class InputError(SgnlpError):
         return InputError(f"{place}: {self}")
 
 
+class KindError(InputError):
+    """A value is of another kind than the type of its field, such as a text for a number."""
+
+
 class NotInstalledError(InputError):
     """A package that an input needs is not installed; `command` installs it, if known."""
 

@@ -5,6 +5,8 @@ import multiprocessing
 import os
 import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 PR_SET_PDEATHSIG = 1
 """The option of Linux's prctl(2) that sets the signal to send when the parent ends."""
@@ -14,6 +16,20 @@ def follow_parent() -> None:
     """Leave Ctrl-C to the parent of this process, and end with it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     die_with_parent()
+
+
+@contextmanager
+def with_children() -> Iterator[None]:
+    """Allow this process to fork even if it is a daemon, as the workers of `multiprocessing.Pool` are.
+
+    multiprocessing denies that to daemons, whose children would be left behind. Ours end with their parent.
+    """
+    process = multiprocessing.current_process()
+    before, process.daemon = process.daemon, False
+    try:
+        yield
+    finally:
+        process.daemon = before
 
 
 def die_with_parent() -> None:

@@ -9,6 +9,7 @@ from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand
 from sgnlp.perception.observation import Observation
+from sgnlp.planning.ending import MOST
 from sgnlp.planning.extension import Extension
 from sgnlp.planning.solvers.solver import Solver
 from sgnlp.program.formulation import Formulation
@@ -42,3 +43,11 @@ def check(given: Mapping[str, Any], kinds: Mapping[str, Kinds] = OF_SOLVE) -> No
         if not isinstance(value, allowed):
             what = f"the class {value.__name__}" if isinstance(value, type) else f"of type {type(value).__name__}"
             raise InputError(f"{name} is {what}; {hint}")
+
+
+def check_search(count: int, jobs: int, timeout: float, seed: int) -> None:
+    """Raise `InputError` for numbers of a search that are out of range."""
+    if min(count, jobs) < 1 or not timeout > 0 or seed < 0:
+        raise InputError(f"count {count}, jobs {jobs}, timeout {timeout:g} must be positive, seed {seed} not negative")
+    if count > MOST:
+        raise InputError(f"count (--starts) must be at most {MOST}, not {count}")

@@ -9,6 +9,9 @@ from sgnlp.planning.solution import Solution
 
 ENOUGH = "left out: enough grasps were found"
 """Why a start was not solved, or its solution not kept."""
+MOST = 10_000
+"""Largest number of starts: so many take 12 minutes at 0.07 s each (`docs/pages/results/speed.md`), and their solutions
+0.3 GB, at 27 KB each."""
 ROUNDS = 5
 """Largest number of rounds. From one view, three tuning objects have no feasible start in the first round of seven: one
 of them, cracker_2, has one in the fifth, the others have none in five (`results/rounds`)."""
@@ -41,8 +44,8 @@ class Ending:
                 raise InputError(f"{name} must be positive, not {value:g}")
 
     def totals(self, count: int) -> list[int]:
-        """The number of starts after each round of `count`."""
-        return [count * (i + 1) for i in range(self.rounds)]
+        """The number of starts after each round of `count`, none of more than `MOST` in all."""
+        return [*range(count, min(count * self.rounds, MOST) + 1, count)]
 
     def kept(self, results: Iterable[Solution | Failure], order: Sequence[int]) -> list[Solution | Failure] | None:
         """The results that count, of starts in this `order`, if there are enough feasible grasps; None if not yet."""

@@ -141,10 +141,12 @@ class Planner:
 
     def run(self, start: Start) -> list[Answer]:
         """The answers to the programs, each solved from where the one before it ended."""
-        x, answers = initial(self.stages[0].nlp, start), []
+        x, answers = initial(self.stages[0].nlp, start), list[Answer]()
         for stage in self.stages:
+            for before in answers[-1:]:
+                self._finite(before)
             instance = self.instance(stage, start)
-            answers.append(self.solver.solve(instance, stage.admitted(x, instance)))
+            answers.append(_answer(self.solver, instance, stage.admitted(x, instance)))
             x = answers[-1].x
         return answers
 
@@ -154,8 +156,7 @@ class Planner:
         self.prepare(start)
         begin = time.perf_counter()
         answers = self.run(start)
-        if not np.isfinite(answers[-1].x).all():
-            raise SolverError(f"the answer of {self.solver.name} is not finite")
+        self._finite(answers[-1])
         return replace(self.ended(start, answers), seconds=time.perf_counter() - begin)
 
     def resume(self, warm: WarmStart) -> Iterate:
@@ -171,10 +172,13 @@ class Planner:
         if kkt is not None and kkt.worst <= SOLVED_FACTOR * self.tolerance:
             answer = Answer(x, STILL_SOLVED, multipliers=warm.multipliers)
         else:
-            answer, kkt = self.solver.warm.solve(instance, x), None
-        if not np.isfinite(answer.x).all():
-            raise SolverError(f"the answer of {self.solver.name} is not finite")
+            answer, kkt = _answer(self.solver.warm, instance, x), None
+        self._finite(answer)
         return replace(self.ended(warm.start, [answer], kkt), seconds=time.perf_counter() - begin)
+
+    def _finite(self, answer: Answer) -> None:
+        if not np.isfinite(answer.x).all():
+            raise SolverError(f"solver {self.solver.name} returned an x that is not finite")
 
     def ended(self, start: Start, answers: Sequence[Answer], kkt: Kkt | None = None) -> Iterate:
         """The iterate of the answers to the programs; `kkt` are the residuals of the last one, if they are known."""
@@ -200,6 +204,23 @@ class Planner:
             history=History(*(np.concatenate(column) for column in zip(*legs, strict=True))),
             violations=violations(nlp, rows, answer.x, instance.g_bounds, limit),
         )
+
+
+def _answer(solver: Solver, instance: NlpInstance, x: Array) -> Answer:
+    """The answer of a solver from x (nx,). Raises `SolverError` for one of another kind or shape."""
+    answer, said = solver.solve(instance, x), f"solver {solver.name} returned"
+    if not isinstance(answer, Answer):
+        raise SolverError(f"{said} {type(answer).__name__}, expected sgnlp.Answer")
+    parts = [("x", answer.x, x)]
+    if answer.multipliers is not None:
+        parts += zip(("λ_x", "λ_g"), answer.multipliers, (x, instance.g_bounds[0]), strict=True)
+    for name, found, like in parts:
+        values = np.asarray(found)
+        if values.shape != like.shape or values.dtype.kind not in "fiu":
+            raise SolverError(
+                f"{said} {name} of shape {values.shape}, {values.dtype}; expected {like.shape} of numbers"
+            )
+    return replace(answer, x=np.asarray(answer.x, float))
 
 
 def _leg(formulation: str, answer: Answer) -> tuple[NDArray[np.str_], Array, Array, Array, Array]:

@@ -20,7 +20,7 @@ from threadpoolctl import threadpool_limits
 
 from sgnlp.base import semaphores
 from sgnlp.base.errors import SgnlpError, SolverError
-from sgnlp.base.processes import follow_parent
+from sgnlp.base.processes import follow_parent, with_children
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution, solution
@@ -62,8 +62,12 @@ def solve_all(
     solver: Solver | str | None = None,
     until: float = inf,
 ) -> Generator[Solution | Failure, None, None]:
-    """Solve every start in `jobs` processes, yielding solutions as they come; see `map_starts`."""
-    return map_starts(solve_start, problem, starts, jobs, timeout, solver, until)
+    """Solve every start in `jobs` processes, yielding solutions as they come; see `map_starts`.
+
+    Also in a daemon, such as a worker of `multiprocessing.Pool`.
+    """
+    with with_children():
+        yield from map_starts(solve_start, problem, starts, jobs, timeout, solver, until)
 
 
 def map_starts(

@@ -1,12 +1,10 @@
 """Rebuilds the problem of a saved result: reads its cloud from the source, and fits the same surface."""
 
 from collections.abc import Mapping
-from contextlib import suppress
-from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
-from sgnlp.base.errors import InputError
+from sgnlp.base.errors import InputError, KindError
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.observation import Observation, Reading, load
@@ -18,27 +16,18 @@ from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.planning.results import GRASPS, load_grasps
 from sgnlp.planning.surroundings import Surroundings
 
-UNREADABLE = (AttributeError, KeyError, TypeError, ValueError)
+UNREADABLE = (AttributeError, KeyError, TypeError, ValueError, KindError)
 """What wrong types in the settings of a result raise."""
 
 
 def settings(meta: dict[str, Any]) -> Settings:
     """The settings of a result; raises `InputError` if they are missing, damaged, or not valid in this version."""
     try:
-        return _restored(meta)
+        return Settings.restored(meta["settings"])
     except UNREADABLE:
         raise InputError(
             "settings of the result cannot be read; solve it again: they are another version's, or damaged"
         ) from None
-
-
-def _restored(meta: Mapping[str, Any]) -> Settings:
-    """The settings of a result; raises one of `UNREADABLE`, or `InputError` for values that are not valid."""
-    found, usual = Settings.restored(meta["settings"]), Settings()
-    for name in (f.name for f in fields(Settings) if is_dataclass(getattr(usual, f.name))):
-        if not isinstance(getattr(found, name), type(getattr(usual, name))):
-            raise TypeError(name)
-    return found
 
 
 def reading(meta: dict[str, Any]) -> Reading:
@@ -117,11 +106,12 @@ def opened(folder: Path, hand: str | None = None) -> tuple[Grasps, Hand]:
     """
     grasps, file = load_grasps(folder), folder / GRASPS if folder.is_dir() else folder
     try:
-        with suppress(InputError):  # a value that only another version takes: the grasps can still be looked at
-            _restored(grasps.meta)
         spheres = grasps.meta["settings"]["spheres"]
+        Settings.restored(grasps.meta["settings"])
     except UNREADABLE:
         raise InputError(f"settings of '{file}' cannot be read; solve it again") from None
+    except InputError:  # a value that only another version takes: the grasps can still be looked at
+        pass
     arm = grasps.meta.get("arm") or {}
     if not isinstance(hand or grasps.meta.get("hand"), str) or not isinstance(arm, dict):
         raise InputError(f"'{file}': it does not name its hand; solve it again")

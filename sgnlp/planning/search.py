@@ -6,8 +6,8 @@ from functools import cached_property
 from math import inf
 
 from sgnlp.base.arrays import Array
-from sgnlp.base.errors import InputError
 from sgnlp.perception.observation import Observation
+from sgnlp.planning import arguments
 from sgnlp.planning.agreement import agree
 from sgnlp.planning.confidence import with_confidence
 from sgnlp.planning.faraway import moved_problem, moved_solution
@@ -36,12 +36,8 @@ class Search:
     timeout: float  # [s] of a start
 
     def __post_init__(self) -> None:
-        """Also that there is something to do."""
-        count, jobs, timeout, seed = self.count, self.jobs, self.timeout, self.seed
-        if min(count, jobs) < 1 or not timeout > 0 or seed < 0:
-            raise InputError(
-                f"count {count}, jobs {jobs}, timeout {timeout:g} must be positive, seed {seed} not negative"
-            )
+        """Also that there is something to do, and not too much."""
+        arguments.check_search(self.count, self.jobs, self.timeout, self.seed)
 
     @cached_property
     def _reachable(self) -> tuple[list[Start], list[int]]:

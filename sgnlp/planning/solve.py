@@ -123,8 +123,7 @@ def solve(
         InputError: the hand, a setting or a name is not valid, or the surface cannot be fitted.
     """
     arguments.check(locals())
-    if min(count, jobs) < 1 or not timeout > 0 or seed < 0:
-        raise InputError(f"count {count}, jobs {jobs}, timeout {timeout:g} must be positive, seed {seed} not negative")
+    arguments.check_search(count, jobs, timeout, seed)
     solver = solver_named(solver) if isinstance(solver, str) else solver
     without = tuple(without_terms), tuple(without_constraints)
     additions = Additions(tuple(terms), tuple(constraints), *without, formulation, solver, kernel)

@@ -10,7 +10,6 @@
 
 import logging
 import math
-import multiprocessing
 import signal
 import threading
 import time
@@ -26,7 +25,7 @@ from threadpoolctl import threadpool_limits
 
 from sgnlp.base import semaphores
 from sgnlp.base.errors import InputError, MachineError
-from sgnlp.base.processes import follow_parent
+from sgnlp.base.processes import follow_parent, with_children
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -187,8 +186,7 @@ def one_at_a_time() -> Iterator[None]:
     One object at a time, since CasADi is not thread-safe; one BLAS thread; and permission to fork, which
     multiprocessing denies to the daemons that dask's nannies start.
     """
-    multiprocessing.current_process().daemon = False
-    with _alone, threadpool_limits(1):
+    with _alone, with_children(), threadpool_limits(1):
         yield
 
 

@@ -6,7 +6,7 @@ from typing import Any
 from sgnlp.base.settings import Settings
 from sgnlp.program.around import Around
 from sgnlp.program.carried import POSTURES
-from sgnlp.program.constraint import ANGLE, LENGTH, RATIO, Constraint
+from sgnlp.program.constraint import ANGLE, LENGTH, RATIO, Constraint, Rows
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.ops import Ops
 from sgnlp.program.tolerances import CLEARANCE, DEXTERITY, REACHED, ROUNDING
@@ -30,6 +30,14 @@ def _arm_way(g: Grasp, op: Ops) -> Any:
     return op.closest(*(gaps[k * A : (k + 1) * A] for k in range(POSTURES)))
 
 
+def _contact_and_lift(g: Grasp, op: Ops) -> Any:
+    return op.closest(g.obstacle_clearances_contact, g.obstacle_clearances_lift)
+
+
+def _turns(g: Grasp, op: Ops) -> Any:
+    return op.stack(g.arm.standoff - g.arm.joints, g.arm.lift - g.arm.joints)
+
+
 AROUND: tuple[Constraint, ...] = (
     Constraint(
         "obstacles",
@@ -39,50 +47,46 @@ AROUND: tuple[Constraint, ...] = (
     ),
     Constraint(
         "obstacles_contact",
-        lambda g, op: op.closest(g.obstacle_clearances_contact, g.obstacle_clearances_lift),
+        _contact_and_lift,
         **SPHERES,
         about="hand clear of obstacles at first contact, and when it has risen with the object",
     ),
     Constraint(
         "arm", _arm_way, **OF_ARM | {"over": "arm"}, about="arm clear of obstacles, table and object on the whole way"
     ),
-    Constraint(
-        "arm_self", lambda g, op: g.arm.pair_clearances, **OF_ARM | {"over": "arm_pair"}, about="arm clear of itself"
-    ),
-    Constraint(
-        "arm_hand", lambda g, op: g.arm.hand_clearances, **OF_ARM | {"over": "arm_palm"}, about="arm clear of the palm"
-    ),
+    Constraint("arm_self", Rows("arm.pair_clearances"), **OF_ARM | {"over": "arm_pair"}, about="arm clear of itself"),
+    Constraint("arm_hand", Rows("arm.hand_clearances"), **OF_ARM | {"over": "arm_palm"}, about="arm clear of the palm"),
     Constraint(
         "wrist",
-        lambda g, op: g.arm.wrist_error,
+        Rows("arm.wrist_error"),
         **POSE,
         about="arm at the pregrasp off the wrist; a turn of 1 rad counts as 10 cm",
     ),
     Constraint(
         "standoff",
-        lambda g, op: g.arm.standoff_error,
+        Rows("arm.standoff_error"),
         **POSE,
         about="arm at the stand-off off the straight way; a turn of 1 rad counts as 10 cm",
     ),
     Constraint(
         "lift",
-        lambda g, op: g.arm.lift_error,
+        Rows("arm.lift_error"),
         **POSE,
         about="arm with the object lifted off the straight way; a turn of 1 rad counts as 10 cm",
     ),
     Constraint(
         "dexterity",
-        lambda g, op: g.arm.dexterity,
+        Rows("arm.dexterity"),
         unit=RATIO,
         tolerance=DEXTERITY,
         of_arm=True,
         about="manipulability of the arm over that at home",
     ),
-    Constraint("avoid", lambda g, op: g.avoid_distances, **CONTACTS, about="contact points off the regions to avoid"),
-    Constraint("touch", lambda g, op: g.touch_distances, **CONTACTS, about="contact points in the regions to touch"),
+    Constraint("avoid", Rows("avoid_distances"), **CONTACTS, about="contact points off the regions to avoid"),
+    Constraint("touch", Rows("touch_distances"), **CONTACTS, about="contact points in the regions to touch"),
     Constraint(
         "arm_turn",
-        lambda g, op: op.stack(g.arm.standoff - g.arm.joints, g.arm.lift - g.arm.joints),
+        _turns,
         over="arm_turn",
         unit=ANGLE,
         tolerance=ROUNDING,

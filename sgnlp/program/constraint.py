@@ -3,11 +3,13 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import acos, degrees, exp, inf
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.base.checked import require, types_of
 from sgnlp.base.errors import InputError
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.ops import Exact, Ops
@@ -84,6 +86,22 @@ class Check:
 
 
 @dataclass(frozen=True)
+class Rows:
+    """The part of a grasp of this name, or one of its rows, or an operation on it; unlike a lambda, it pickles."""
+
+    part: str
+    operation: str = ""
+    row: int | None = None
+
+    def __call__(self, g: Grasp, op: Ops) -> Any:
+        """The rows of a constraint."""
+        value = attrgetter(self.part)(g)
+        if self.row is not None:
+            return value[self.row, :]
+        return getattr(op, self.operation)(value) if self.operation else value
+
+
+@dataclass(frozen=True)
 class Constraint:
     """Rows lower ≤ value(g) ≤ upper of a grasp g.
 
@@ -102,7 +120,8 @@ class Constraint:
         source: hash of the file that it was loaded from; part of the key of compiled functions.
 
     Raises:
-        InputError: the bounds are crossed or not numbers.
+        InputError: a field is of another kind than its type, the bounds are crossed or not numbers, or the tolerance is
+            negative.
     """
 
     name: str
@@ -120,12 +139,16 @@ class Constraint:
 
     def __post_init__(self) -> None:
         """Resolve the unit and the tolerance."""
+        for name, kind in types_of(Constraint).items():
+            require(f"{name} of constraint '{self.name}'", getattr(self, name), kind)
         if not self.lower <= self.upper:
             raise InputError(f"constraint '{self.name}' has the bounds {self.lower:g} to {self.upper:g}")
         if isinstance(self.unit, str):
             object.__setattr__(self, "unit", UNITS.get(self.unit, Unit(self.unit)))
         if self.tolerance is None:
             object.__setattr__(self, "tolerance", TOLERANCE * self.scale)
+        elif not self.tolerance >= 0:
+            raise InputError(f"tolerance of constraint '{self.name}' must be at least 0, not {self.tolerance:g}")
 
     @property
     def scale(self) -> float:

@@ -17,6 +17,7 @@ from sgnlp.program.constraint import (
     TORQUE,
     TRACE,
     Constraint,
+    Rows,
     Unit,
 )
 from sgnlp.program.equilibrium import GRAVITY
@@ -54,6 +55,22 @@ def _margins_equilibrium(g: Grasp, op: Ops) -> Any:
     return margins(g.forces_eq, g.normals_eq, g.friction, op)
 
 
+def _efforts_initial(g: Grasp, op: Ops) -> Any:
+    return g.torques / g.effort
+
+
+def _efforts_equilibrium(g: Grasp, op: Ops) -> Any:
+    return g.torques_eq / g.effort
+
+
+def _pressures(g: Grasp, op: Ops) -> Any:
+    return -op.dot(g.forces, g.normals)
+
+
+def _dictated(g: Grasp, op: Ops) -> Any:
+    return g.gains * g.contact_deviations
+
+
 def _each(over: str, unit: Unit, tolerance: float) -> dict[str, Any]:
     """The fields that constraints of one kind share."""
     return {"over": over, "unit": unit, "tolerance": tolerance}
@@ -68,7 +85,7 @@ EVERYWHERE = {"always": True, "domain": True}
 CONSTRAINTS: tuple[Constraint, ...] = (
     Constraint(
         "stiffness",
-        lambda g, op: g.stiffness,
+        Rows("stiffness"),
         **_each("", STIFFNESS, STABLE) | EVERYWHERE,
         about="rotational stiffness ρ of the equilibrium",
     ),
@@ -80,111 +97,103 @@ CONSTRAINTS: tuple[Constraint, ...] = (
     ),
     Constraint(
         "workspace",
-        lambda g, op: g.ball_clearances,
+        Rows("ball_clearances"),
         **_each("finger", LENGTH, ROUNDING) | EVERYWHERE,
         about="tips inside the ball in which the surface model is valid",
     ),
     Constraint(
         "contact",
-        lambda g, op: g.gaps,
+        Rows("gaps"),
         **_each("finger", LENGTH, CONTACT),
         about="distance of the pads to the surface at first contact",
     ),
     Constraint(
         "reach",
-        lambda g, op: g.reach_errors,
+        Rows("reach_errors"),
         **_each("tip", LENGTH, REACHED),
         about="tips off the contacts that the fingers are to reach",
     ),
     Constraint(
         "object_contact",
-        lambda g, op: g.object_clearances_contact,
+        Rows("object_clearances_contact"),
         **CLEAR | {"over": "link"},
         about="links clear of the object at first contact",
     ),
     Constraint(
         "table_contact",
-        lambda g, op: g.table_clearances_contact,
+        Rows("table_clearances_contact"),
         **CLEAR | {"over": "link"},
         about="links clear of the table at first contact",
     ),
     Constraint(
         "self_contact",
-        lambda g, op: g.pair_clearances_contact,
+        Rows("pair_clearances_contact"),
         **CLEAR | {"over": "pair"},
         about="links clear of each other at first contact",
     ),
     Constraint("margin_initial", _margins_initial, **IN_CONE, about="margin inside the friction cone at first contact"),
     Constraint("margin_equilibrium", _margins_equilibrium, **IN_CONE, about="margin inside the cone at equilibrium"),
-    Constraint("force", lambda g, op: op.norm(g.forces_eq), **FORCES, about="force of a finger at equilibrium"),
+    Constraint("force", Rows("forces_eq", "norm"), **FORCES, about="force of a finger at equilibrium"),
     Constraint("shift", _displacements, **CLEAR, about="way of a contact to the equilibrium"),
     Constraint(
         "object",
-        lambda g, op: g.object_clearances,
+        Rows("object_clearances"),
         **CLEAR | {"over": "link"},
         about="links clear of the object at the pregrasp",
     ),
-    Constraint(
-        "pads_object", lambda g, op: g.pad_clearances, **CLEAR, about="pads clear of the object at the pregrasp"
-    ),
+    Constraint("pads_object", Rows("pad_clearances"), **CLEAR, about="pads clear of the object at the pregrasp"),
     Constraint(
         "table",
-        lambda g, op: g.table_clearances,
+        Rows("table_clearances"),
         **CLEAR | {"over": "link"},
         about="links clear of the table at the pregrasp",
     ),
-    Constraint("pads_table", lambda g, op: g.pad_heights, **CLEAR, about="pads clear of the table at the pregrasp"),
+    Constraint("pads_table", Rows("pad_heights"), **CLEAR, about="pads clear of the table at the pregrasp"),
     Constraint(
         "self",
-        lambda g, op: g.pair_clearances,
+        Rows("pair_clearances"),
         **CLEAR | {"over": "pair"},
         about="links clear of each other at the pregrasp",
     ),
     *AROUND,
-    Constraint(
-        "contact_table", lambda g, op: g.contact_heights, **CLEAR, about="pads above the table at first contact"
-    ),
+    Constraint("contact_table", Rows("contact_heights"), **CLEAR, about="pads above the table at first contact"),
     Constraint(
         "equilibrium_table",
-        lambda g, op: g.contact_heights_eq,
+        Rows("contact_heights_eq"),
         **CLEAR,
         about="pads above the table at equilibrium",
     ),
     Constraint(
         "sag",
-        lambda g, op: op.sum(g.gains),
+        Rows("gains", "sum"),
         **_each("", GAIN, STIFF),
         about="sum of the gains, so that the object's weight moves it by no more than the largest shift",
     ),
     Constraint(
         "torque_initial",
-        lambda g, op: g.torques / g.effort,
+        _efforts_initial,
         **EFFORTS,
         about="joint torque over the hand's effort at first contact",
     ),
     Constraint(
         "torque_equilibrium",
-        lambda g, op: g.torques_eq / g.effort,
+        _efforts_equilibrium,
         **EFFORTS,
         about="joint torque over the hand's effort at equilibrium",
     ),
     Constraint("cone", _margins_initial, **IN_CONE, always=True, about="margin inside the friction cone"),
-    Constraint(
-        "press", lambda g, op: -op.dot(g.forces, g.normals), **FORCES, always=True, about="normal force at contact"
-    ),
-    Constraint("force_initial", lambda g, op: op.norm(g.forces), **FORCES, about="force of a finger at first contact"),
-    Constraint(
-        "net_force", lambda g, op: g.wrench[0, :], **_each("axis", FORCE, BALANCE), about="net force on the object"
-    ),
+    Constraint("press", _pressures, **FORCES, always=True, about="normal force at contact"),
+    Constraint("force_initial", Rows("forces", "norm"), **FORCES, about="force of a finger at first contact"),
+    Constraint("net_force", Rows("wrench", row=0), **_each("axis", FORCE, BALANCE), about="net force on the object"),
     Constraint(
         "net_torque",
-        lambda g, op: g.wrench[1, :],
+        Rows("wrench", row=1),
         **_each("axis", TORQUE, BALANCE),
         about="net torque on the object about its centre of mass",
     ),
     Constraint(
         "gains",
-        lambda g, op: g.gains * g.contact_deviations,
+        _dictated,
         **_each("finger", FORCE, DICTATED),
         always=True,
         about="gain times deviation of the surface, α",

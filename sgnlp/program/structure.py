@@ -68,7 +68,8 @@ def _key(part: Formulation | Term | Constraint, module: str) -> str | None:
         return None
     if isinstance(part, Constraint):
         code = getattr(part.value, "__code__", None)
-        return f"{part.name} {part.source} {module} {code and code.co_firstlineno} {part.scale} {part.always}"
+        where = code.co_firstlineno if code else "" if part.source else part.value
+        return f"{part.name} {part.source} {module} {where} {part.scale} {part.always}"
     return f"{part.name} {part.source} {part}"
 
 

@@ -4,6 +4,8 @@ With D = (1/r) d/dr, a kernel gives k, Dk, D²k and D³k. These are enough for t
 order: ∂_a k = d_a Dk, ∂_ab k = d_a d_b D²k + δ_ab Dk and so on, with d = x - x_n.
 """
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, ClassVar
@@ -11,10 +13,14 @@ from typing import Any, ClassVar
 import casadi as ca
 import numpy as np
 
-from sgnlp.base.errors import InputError
+from sgnlp.base.errors import InputError, SgnlpError
 from sgnlp.surface.elementwise import Elementwise
 
 Radial = tuple[Any, Any, Any, Any]
+
+FIELDS = "its fields beside `support_radius` and `amplitude` must have defaults"
+VALUE = "`value` must give a CasADi scalar of the CasADi scalar r, by operators and CasADi's functions"
+RADIAL = "`radial` must give four arrays of the shape of its radii"
 
 MIN_RADIUS = 1e-7
 """Smaller distances are replaced by this [m]: D²k and D³k of rough kernels have a removable pole at r = 0."""
@@ -66,26 +72,44 @@ class Kernel:
         return k, k1, k2, k3
 
 
+@contextmanager
+def demanding(kernel: Kernel | type[Kernel], demand: str) -> Iterator[None]:
+    """Raise `InputError` with what a kernel must meet, for any error of it."""
+    try:
+        yield
+    except SgnlpError:
+        raise
+    except Exception as error:
+        line = (str(error).strip().splitlines() or [""])[-1]  # CasADi's messages end with the cause
+        raise InputError(f"kernel '{kernel.name}': {demand}; it fails with {type(error).__name__}: {line}") from error
+
+
 @lru_cache(maxsize=16)
 def _derived(kernel: Kernel) -> Elementwise:
     """r² → (k, Dk, D²k, D³k), since D = 2 d/d(r²)."""
     square = ca.SX.sym("square")
-    chain = [ca.SX(kernel.value(ca.sqrt(square)))]
-    for _ in range(3):
-        chain.append(2 * ca.jacobian(chain[-1], square))
-    return Elementwise(ca.Function("radial", [square], ca.cse([ca.densify(k) for k in chain])), kernel.name)
+    with demanding(kernel, VALUE):
+        chain = [ca.SX(kernel.value(ca.sqrt(square)))]
+        if not (chain[0].is_scalar() and ca.depends_on(chain[0], square)):  # math.exp(r) is a constant, NaN
+            raise InputError(f"kernel '{kernel.name}': {VALUE}, not {chain[0]!s:.60}")
+        for _ in range(3):
+            chain.append(2 * ca.jacobian(chain[-1], square))
+        return Elementwise(ca.Function("radial", [square], ca.cse([ca.densify(k) for k in chain])), kernel.name)
 
 
 def check(kernel: Kernel) -> None:
     """Compare given radial functions with finite differences of each other.
 
     Raises:
-        InputError: they disagree, are not finite, or do not have the shape of the radii.
+        InputError: they disagree, fail, are not finite, or do not have the shape of the radii.
     """
     R = kernel.support_radius
-    given = kernel.radial(R * np.concatenate([[MIN_RADIUS / R], SAMPLES, [1.0, 2.0]]))
-    if len(given) != 4 or any(np.shape(k) != (len(SAMPLES) + 3,) for k in given):
-        raise InputError(f"kernel '{kernel.name}': `radial` must give four arrays of the shape of its radii")
+    radii = R * np.concatenate([[MIN_RADIUS / R], SAMPLES, [1.0, 2.0]]).reshape(2, -1)
+    with demanding(kernel, RADIAL):
+        given = [np.array(k, float) for k in kernel.radial(radii)]
+    if [k.shape for k in given] != 4 * [radii.shape]:
+        raise InputError(f"kernel '{kernel.name}': {RADIAL}, not of the shapes {[k.shape for k in given]}")
+    given = [k.ravel() for k in given]
     if not np.isfinite(given).all():
         raise InputError(f"kernel '{kernel.name}' is not finite at every distance from {MIN_RADIUS:g} m to 2 R")
     if type(kernel).radial is Kernel.radial:

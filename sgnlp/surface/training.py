@@ -11,7 +11,7 @@ from sgnlp.perception.observation import Observation
 from sgnlp.surface.carving import carved_samples
 from sgnlp.surface.cube import cube, cube_samples
 from sgnlp.surface.hull import cameras_of
-from sgnlp.surface.kernel import Kernel
+from sgnlp.surface.kernel import FIELDS, Kernel, demanding
 from sgnlp.surface.kernels import named
 from sgnlp.surface.samples import Samples
 
@@ -77,7 +77,8 @@ def _set(
     samples: Samples, kind: type[Kernel], prior: float, amplitude: float, scale: float, centre: Array
 ) -> TrainingSet:
     """Samples and a kernel whose R is `scale` times the largest distance between them."""
-    kernel = kind(support_radius=scale * max_distance(samples.X), amplitude=amplitude)
+    with demanding(kind, FIELDS):
+        kernel = kind(support_radius=scale * max_distance(samples.X), amplitude=amplitude)
     return TrainingSet(samples.X, samples.y, samples.noise, prior, kernel, centre)
 
 

@@ -36,6 +36,24 @@ def test_starts_are_solved_one_at_a_time_and_fail_alone(monkeypatch, tmp_path):
     assert list(pool.map_starts(answer, problem, [starts[3]], 4, 0.1)) == [Failure(3, "stopped after 0.1 s")]
 
 
+def solved_by_a_daemon(_: object) -> list:
+    assert multiprocessing.current_process().daemon
+    found = list(pool.solve_all(SimpleNamespace(phases=()), [SimpleNamespace(index=i) for i in (0, 1)], 2, 5.0))
+    assert multiprocessing.current_process().daemon
+    return sorted(found, key=str)
+
+
+@pytest.mark.parametrize("fault", ["", "none here"])
+def test_a_daemon_of_a_pool_solves_starts_in_processes_of_their_own_too(monkeypatch, fault):
+    monkeypatch.setattr(semaphores, "fault", lambda: fault)
+    monkeypatch.setattr(pool, "Planner", lambda *given: None)
+    monkeypatch.setattr(pool, "solve_start", answer)
+    with multiprocessing.get_context("fork").Pool(1) as daemons:
+        good, bad = daemons.map(solved_by_a_daemon, [None])[0]
+    assert good[0] == 0
+    assert bad == Failure(1, "ValueError: no [good]")
+
+
 @pytest.mark.parametrize("error", [OSError(30, "Read-only file system"), ImportError("no sem_open")])
 def test_why_there_are_none_is_told_with_what_to_do(monkeypatch, error):
     def fails(*_):

@@ -2,11 +2,13 @@
 
 from dataclasses import fields, replace
 
+import numpy as np
 import pytest
 
 from sgnlp.base.errors import InputError
 from sgnlp.base.presets import PAPER, PRESETS, ROBUST, VARIANTS, preset
-from sgnlp.base.settings import Contact
+from sgnlp.base.settings import Contact, Settings
+from sgnlp.base.surface_settings import GpisSettings
 
 
 def changed(before: object, after: object, prefix: str = "") -> set[str]:
@@ -83,3 +85,31 @@ def test_an_unknown_preset_or_variant_names_the_valid_ones(name, message):
 def test_each_number_of_a_vector_must_be_finite(field, number):
     with pytest.raises(InputError, match=rf"--contact.{field} must be a finite number, not {number}"):
         replace(Contact(), **{field: (0.0, number, 0.0)})
+
+
+@pytest.mark.parametrize(
+    ("kind", "field", "value", "said"),
+    [
+        (Contact, "mass", "0.3", "--contact.mass must be a number, not '0.3'"),
+        (Contact, "mass", [0.3], r"--contact.mass must be a number, not \(0.3,\)"),
+        (Contact, "mass", None, "--contact.mass must be a number, not None"),
+        (Contact, "friction", True, "--contact.friction must be a number, not True"),
+        (Contact, "samples", 10.0, "--contact.samples must be a whole number, not 10.0"),
+        (Contact, "pad", 1, "--contact.pad must be True or False, not 1"),
+        (Contact, "displacement", 0.01, "--contact.displacement must be a tuple of 3, each part a number, not 0.01"),
+        (Contact, "rotation", (0.0, 1.0), "--contact.rotation must be a tuple of 3"),
+        (Contact, "rotation", (0.0, 1.0, "2"), "--contact.rotation must be a tuple of 3"),
+        (GpisSettings, "kernel", None, "--gpis.kernel must be a text, not None"),
+        (Settings, "contact", {"mass": 0.3}, "--contact must be of Contact, not {'mass': 0.3}"),
+        (Settings, "rank_by", ["margin"], "unknown value of --rank-by"),
+    ],
+)
+def test_a_setting_of_another_kind_is_refused_with_its_name_its_value_and_what_is_valid(kind, field, value, said):
+    with pytest.raises(InputError, match=said):
+        kind(**{field: value})
+
+
+def test_whole_numbers_numpys_numbers_and_lists_of_json_are_taken_as_plain_ones():
+    made = Contact(mass=np.float32(0.5), samples=np.int64(7), friction=1, rotation=[0, 0, 1], displacement=np.zeros(3))
+    assert made == Contact(mass=0.5, samples=7, friction=1.0, rotation=(0.0, 0.0, 1.0), displacement=(0.0, 0.0, 0.0))
+    assert {type(made.mass), type(made.samples), type(made.displacement)} == {float, int, tuple}

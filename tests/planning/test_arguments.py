@@ -9,6 +9,7 @@ from scenes import SMALL, hand, observation
 import sgnlp
 from sgnlp.base.errors import InputError
 from sgnlp.planning import arguments
+from sgnlp.planning.ending import Ending
 
 
 class Height(sgnlp.Term):
@@ -42,6 +43,12 @@ def test_an_argument_of_another_kind_is_refused_by_name_with_where_to_get_it(giv
 def test_every_argument_of_solve_but_functions_has_a_kind():
     names = sgnlp.solve.__annotations__.keys() - {"return", "kernel", "progress"}
     assert names == arguments.OF_SOLVE.keys()
+
+
+def test_more_starts_than_a_machine_bears_are_refused_before_anything_is_made():
+    with pytest.raises(InputError, match=r"count \(--starts\) must be at most 10000, not 1000000000"):
+        sgnlp.solve(observation(), hand(), SMALL, count=10**9)
+    assert Ending(rounds=10**12).totals(4000) == [4000, 8000]
 
 
 def test_so_are_those_of_replan_and_simulate():

@@ -2,6 +2,7 @@
 
 import json
 import math
+import pickle
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -118,6 +119,12 @@ def test_a_plan_with_numbers_that_are_not_numbers_is_still_valid_json(plan):
 def test_the_summary_is_plain_and_survives_json_unchanged(plan):
     assert strict(results.json_text(plan.summary())) == json.loads(json.dumps(plan.summary()))
     assert strict(json.dumps(plan.arrays().meta)) == json.loads(json.dumps(plan.meta()))
+
+
+def test_a_worker_can_return_a_plan_since_it_pickles(plan):
+    again = pickle.loads(pickle.dumps(plan))
+    assert again.problem.structure(plan.problem.formulation) == plan.problem.structure(plan.problem.formulation)
+    assert again.summary() == plan.summary()
 
 
 def test_the_meta_block_says_how_to_make_the_plan_again(plan):

@@ -4,8 +4,9 @@ import os
 import re
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import casadi as ca
 import numpy as np
@@ -15,12 +16,12 @@ from processes import PATIENT
 from scenes import SMALL, hand, observation, oracle, posed, random_point
 
 import sgnlp
-from sgnlp.base.errors import InputError
+from sgnlp.base.errors import InputError, SolverError
 from sgnlp.cli import run
 from sgnlp.cli.again import command
 from sgnlp.planning.multipliers import smallest_residuals
 from sgnlp.planning.plan import Plan
-from sgnlp.planning.planner import Planner
+from sgnlp.planning.planner import Planner, _answer
 from sgnlp.planning.results import HISTORY, load_grasps
 from sgnlp.planning.solvers import SOLVERS, solver_named
 from sgnlp.planning.solvers.bridge import differentiable
@@ -192,12 +193,40 @@ def test_a_solver_that_refuses_or_fails_is_the_failure_of_a_start_in_one_line():
     two_phase = replace(PLAIN, solver=replace(PLAIN.solver, formulation="two_phase"))
     for settings, solver, reason in (
         (two_phase, "adamw-200", "adamw-200 cannot handle equality rows; the penalty formulation has none"),
-        (PLAIN, Stuck(), "the answer of stuck is not finite"),
+        (PLAIN, Stuck(), "solver stuck returned an x that is not finite"),
         (PLAIN, Plugin(name="knitro", plugin="knitro"), f"casadi {ca.__version__} has no plugin 'knitro' here"),
     ):
         plan = sgnlp.solve(observation(), hand(), settings, solver=solver, count=1, jobs=1)
         assert [failure.reason for failure in plan.failures] == [reason]
         assert plan.summary()["starts_table"] == [{"start": 0, "failure": reason}]
+
+
+@dataclass(frozen=True)
+class Wrong(Solver):
+    """A solver with any answer."""
+
+    given: object = None
+
+    def solve(self, nlp, x):
+        return self.given
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (np.zeros(5), "ndarray, expected sgnlp.Answer"),
+        (Answer(np.zeros((5, 1))), r"x of shape \(5, 1\), float64; expected \(5,\) of numbers"),
+        (Answer(np.zeros(4)), r"x of shape \(4,\)"),
+        (Answer(None), r"x of shape \(\), object"),
+        (Answer(np.zeros(5, complex)), r"x of shape \(5,\), complex128"),
+        (Answer(np.array(["0"] * 5)), r"x of shape \(5,\), <U1"),
+        (Answer(np.zeros(5), multipliers=(np.zeros(5), np.zeros(2))), r"λ_g of shape \(2,\), .* expected \(3,\)"),
+    ],
+)
+def test_an_answer_of_another_shape_or_kind_is_told_with_the_right_one(given, said):
+    program = SimpleNamespace(g_bounds=(np.zeros(3), np.zeros(3)))
+    with pytest.raises(SolverError, match=f"solver wrong returned {said}"):
+        _answer(Wrong(given=given), program, np.zeros(5))
 
 
 def test_the_command_plans_with_a_solver_of_the_table_beside_the_flags_of_settings(tmp_path, capfd):

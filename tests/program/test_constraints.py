@@ -1,5 +1,6 @@
 """Every constraint: its rows by an independent formula, and the side of its bound on which a bad grasp falls."""
 
+import pickle
 from dataclasses import replace
 from math import inf
 
@@ -21,6 +22,7 @@ from scenes import (
 )
 from scipy.spatial.transform import Rotation
 
+from sgnlp.base.errors import InputError
 from sgnlp.base.presets import PRESETS
 from sgnlp.base.settings import Limits
 from sgnlp.hand.arm import load_arm
@@ -486,6 +488,33 @@ def test_every_constraint_of_a_preset_bounds_something_and_says_what_and_how_exa
         assert constraint.bounded is not touching, constraint.name
         assert constraint.about, constraint.name
         assert 0 < constraint.tolerance <= 1.0, constraint.name
+
+
+def test_every_built_in_constraint_pickles_and_has_a_key_of_its_own():
+    assert pickle.loads(pickle.dumps(ALL)) == ALL
+    base = posed(HEAVY).structure(formulation("penalty"))
+    swapped = replace(ALL["contact"], value=ALL["reach"].value)
+    assert len({replace(base, constraints=(c,)).key for c in (*ALL.values(), swapped)}) == len(ALL) + 1
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"lower": "0"}, "lower of constraint 'own' must be a number, not '0'"),
+        ({"upper": np.zeros((2, 3))}, r"upper of constraint 'own' must be a number, not array\(\[\[0"),
+        ({"lower": None, "upper": None}, "lower of constraint 'own' must be a number, not None"),
+        ({"lower": True}, "lower of constraint 'own' must be a number, not True"),
+        ({"unit": None}, "unit of constraint 'own' must be of Unit or a text, not None"),
+        ({"value": 3}, "value of constraint 'own' must be a function, not 3"),
+        ({"tolerance": "1e-3"}, "tolerance of constraint 'own' must be a number or None"),
+        ({"tolerance": -1.0}, "tolerance of constraint 'own' must be at least 0, not -1"),
+        ({"lower": 2, "upper": np.float64(1)}, "has the bounds 2 to 1"),
+    ],
+)
+def test_a_constraint_with_a_field_of_another_kind_is_refused_where_it_is_made(given, said):
+    with pytest.raises(InputError, match=said) as error:
+        Constraint("own", **{"value": ALL["contact"].value, "lower": 0} | given)
+    assert "\n" not in str(error.value)
 
 
 def test_each_limit_moves_a_bound():

@@ -1,6 +1,7 @@
 """Kernels from outside the package: derived and given functions agree, one plans with them, wrong ones are refused."""
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import casadi as ca
@@ -159,6 +160,51 @@ class Unknown(sgnlp.Kernel):
         return ca.asinh(r)
 
 
+class Raises(WendlandInFull):
+    def radial(self, r: Any) -> Any:
+        raise ValueError("first line\nlast line")
+
+
+class Nothing(WendlandInFull):
+    def radial(self, r: Any) -> Any:
+        return None
+
+
+class Texts(WendlandInFull):
+    def radial(self, r: Any) -> Any:
+        return ("k",) * 4
+
+
+class Flat(WendlandInFull):
+    def radial(self, r: Any) -> Any:
+        return [k.ravel() for k in super().radial(r)]
+
+
+class Plain(sgnlp.Kernel):
+    def value(self, r: Any) -> Any:
+        return math.exp(-r)
+
+
+class Silent(sgnlp.Kernel):
+    def value(self, r: Any) -> Any:
+        return None
+
+
+class Pair(sgnlp.Kernel):
+    def value(self, r: Any) -> Any:
+        return ca.vertcat(r, r)
+
+
+class Foreign(sgnlp.Kernel):
+    def value(self, r: Any) -> Any:
+        return r * ca.SX.sym("other")
+
+
+@dataclass(frozen=True)
+class Demanding(Wendland):
+    shape: float = field(kw_only=True)
+
+
 @pytest.mark.parametrize(
     ("kind", "message"),
     [
@@ -170,6 +216,15 @@ class Unknown(sgnlp.Kernel):
         ),
         (Three, "kernel 'three': `radial` must give four arrays of the shape of its radii"),
         (Scalar, "kernel 'scalar': `radial` must give four arrays"),
+        (Raises, "kernel 'raises': `radial` must give four .* fails with ValueError: last line"),
+        (Nothing, "kernel 'nothing': `radial` must give four arrays"),
+        (Texts, "kernel 'texts': `radial` must give four arrays"),
+        (Flat, r"kernel 'flat': `radial` must give four arrays .*, not of the shapes \[\(10,\)"),
+        (Plain, "kernel 'plain': `value` must give a CasADi scalar .*, not nan"),
+        (Silent, "kernel 'silent': `value` must give a CasADi scalar"),
+        (Pair, r"kernel 'pair': `value` must give a CasADi scalar .*, not .*\[@1, @1\]"),
+        (Foreign, "kernel 'foreign': `value` must give a CasADi scalar"),
+        (Demanding, "kernel 'demanding': its fields beside .* must have defaults; it fails with TypeError"),
         (Undefined, "kernel 'undefined' is not finite at every distance from 1e-07 m to 2 R"),
         (Unknown, "'unknown' has an operation of CasADi that is not known here, number "),
     ],

@@ -28,13 +28,18 @@ LEAST_OF_SLEQP = 1e-6
 """SLEQP's default tolerance; with a smaller one it may never end."""
 
 
+def plain(nlp: NlpInstance) -> Options:
+    """The plugin's defaults."""
+    return {}
+
+
 @dataclass(frozen=True)
 class Plugin(CasadiSolver):
     """A plugin by CasADi's name, with its options for a program."""
 
     name: str = ""
     plugin: str = field(default="", repr=False)
-    options: Callable[[NlpInstance], Options] = field(default=lambda nlp: {}, repr=False)
+    options: Callable[[NlpInstance], Options] = field(default=plain, repr=False)
 
     def solve(self, nlp: NlpInstance, x: Array) -> Answer:
         """Solve with exact derivatives, without the output of the library."""

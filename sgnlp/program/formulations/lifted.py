@@ -21,7 +21,7 @@ from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import frames
 from sgnlp.program import equilibrium
 from sgnlp.program.attitude import stiffness
-from sgnlp.program.constraint import FORCE, LENGTH, TORQUE, Constraint
+from sgnlp.program.constraint import FORCE, LENGTH, TORQUE, Constraint, Rows
 from sgnlp.program.formulation import Array, Bounds
 from sgnlp.program.formulations.constrained import Constrained
 from sgnlp.program.lifting import Lifting
@@ -33,9 +33,9 @@ from sgnlp.program.variables import Variables, posture
 UNITS = {"tip": 0.1, "rotation": 0.1, "displacement": 0.01}
 """Units of the added variables [m, -, m], so that all are of order 1."""
 EQUATIONS = (
-    Constraint("tip", lambda g, op: g.tip_errors, 0.0, 0.0, LENGTH, over="tip"),
-    Constraint("balance_force", lambda g, op: g.wrench_eq[0, :], 0.0, 0.0, FORCE, over="axis"),
-    Constraint("balance_torque", lambda g, op: g.wrench_eq[1, :], 0.0, 0.0, TORQUE, over="axis"),
+    Constraint("tip", Rows("tip_errors"), 0.0, 0.0, LENGTH, over="tip"),
+    Constraint("balance_force", Rows("wrench_eq", row=0), 0.0, 0.0, FORCE, over="axis"),
+    Constraint("balance_torque", Rows("wrench_eq", row=1), 0.0, 0.0, TORQUE, over="axis"),
 )
 """The equations that define the added variables."""
 
