@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, TypeVar
 
+from sgnlp.base.checked import require
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
@@ -40,6 +41,7 @@ class Additions:
         """Refuse what is no term, constraint or kernel, or has a name that something built-in needs."""
         for term in self.terms:
             _check("term", term, Term)
+            require(f"the weight of term '{term.name}'", term.weight, float)
             if not isfinite(term.weight):
                 raise InputError(f"term '{term.name}' has the weight {term.weight}; valid: a finite number")
         for constraint in self.constraints:

@@ -213,6 +213,8 @@ def _answer(solver: Solver, instance: NlpInstance, x: Array) -> Answer:
         raise SolverError(f"{said} {type(answer).__name__}, expected sgnlp.Answer")
     parts = [("x", answer.x, x)]
     if answer.multipliers is not None:
+        if not (isinstance(answer.multipliers, tuple | list) and len(answer.multipliers) == 2):
+            raise SolverError(f"{said} multipliers that are no pair (λ_x, λ_g)")
         parts += zip(("λ_x", "λ_g"), answer.multipliers, (x, instance.g_bounds[0]), strict=True)
     for name, found, like in parts:
         values = np.asarray(found)

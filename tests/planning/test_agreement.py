@@ -114,6 +114,7 @@ UNBOUND = sgnlp.Constraint("free", lambda g, op: g.gains)
     ("added", "said"),
     [
         ({"terms": (NAN,)}, "term 'level' has the weight nan"),
+        ({"terms": (Level(weight="3"),)}, "the weight of term 'level' must be a number, not '3'"),
         ({"terms": (Level,)}, "not the class Level; call it"),
         ({"constraints": (ALWAYS,)}, "a check of every plan is called 'stable'"),
         ({"constraints": (UNBOUND,)}, "constraint 'free' bounds nothing"),

@@ -220,6 +220,7 @@ class Wrong(Solver):
         (Answer(None), r"x of shape \(\), object"),
         (Answer(np.zeros(5, complex)), r"x of shape \(5,\), complex128"),
         (Answer(np.array(["0"] * 5)), r"x of shape \(5,\), <U1"),
+        (Answer(np.zeros(5), multipliers=np.zeros(5)), r"multipliers that are no pair"),
         (Answer(np.zeros(5), multipliers=(np.zeros(5), np.zeros(2))), r"λ_g of shape \(2,\), .* expected \(3,\)"),
     ],
 )
