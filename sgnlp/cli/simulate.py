@@ -1,4 +1,4 @@
-"""`sgnlp simulate`: tests in simulation whether planned grasps hold the true object."""
+"""`sgnlp simulate`: tests in simulation whether planned grasps hold the object."""
 
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -23,7 +23,7 @@ from sgnlp.planning.surroundings import Surroundings
 from sgnlp.show import trials
 from sgnlp.show.png import drawable, picture
 from sgnlp.show.simulation_pictures import PHASES, ends, scene
-from sgnlp.simulation import Outcome, SimulationSettings, command, execute, plain, true_body
+from sgnlp.simulation import Outcome, SimulationSettings, command, estimated, execute, plain, true_body
 from sgnlp.simulation.prepared import prepared
 
 SIMULATION, PICTURE = "simulation.json", "simulation-{}.png"
@@ -42,8 +42,8 @@ class Flags(SimulationSettings):
 
 @dataclass
 class Simulate:
-    """Carry out planned grasps on the true object in MuJoCo: approach, close, lift, hold, push. Needs the extra
-    `sim`."""
+    """Carry out planned grasps in MuJoCo, on the true object or the estimated one: approach, close, lift, hold, push.
+    Needs the extra `sim`."""
 
     folder: tyro.conf.Positional[Path]
     """a result of `sgnlp solve`"""
@@ -55,6 +55,9 @@ class Simulate:
     """folder of the hand, if `sgnlp hands` does not list it"""
     scale: float = 1.0
     """factor of that file to metres, as given to `sgnlp solve`"""
+    estimated: bool = False
+    """take the surface that the plan estimated, where nobody knows the true one: it tests loads and errors of the
+    hand's place, not the estimate; needs the extra `view`"""
     true_load: bool = False
     """use the mass and friction in the object's file instead of --mass and --friction"""
     motion: bool = False
@@ -71,8 +74,7 @@ class Simulate:
             drawable()
         grasps, hand = reopen.opened(self.folder, self.hand)
         source = reopen.source(grasps, self.folder, self.object)
-        reading = PLAIN if self.object else reopen.reading(grasps.meta)
-        seen = load(source, Reading(scale=self.scale, key=reading.key, up=reading.up, pose=reading.pose))
+        seen = self._seen(grasps, source)
         thing, ranks, (settings, load_words) = true_body(seen), self._ranks(grasps), self._loaded(grasps, seen)
         around, outcomes = self._obstacles(grasps, seen), []
         with bars(console) as bar:
@@ -84,6 +86,8 @@ class Simulate:
         folder = self.folder if self.folder.is_dir() else self.folder.parent
         results.write_text(folder / SIMULATION, results.json_text(self._made(source, settings, outcomes)))
         console.print(load_words, soft_wrap=True)
+        if self.estimated:
+            console.print("on the estimated surface, not the true one: a wrong estimate does not show", soft_wrap=True)
         _show(console, outcomes, hand, grasps)
         console.print(f"written: {folder / SIMULATION}", soft_wrap=True)
         if self.pictures:
@@ -93,6 +97,18 @@ class Simulate:
             results.write_files(folder, dict.fromkeys(map(PICTURE.format, PHASES)) | drawn)
             console.print(f"written: {', '.join(str(folder / name) for name in drawn)}", soft_wrap=True)
         return codes.FEASIBLE if any(outcome.score == 1 for outcome in outcomes) else codes.NONE_FEASIBLE
+
+    def _seen(self, grasps: Grasps, source: Path) -> Observation:
+        """The object, from its file or as the plan estimated it."""
+        if self.estimated:
+            if self.object or self.true_load:
+                raise InputError("--estimated takes neither --object nor --true-load: both need what is true")
+            found = reopen.reopen(self.folder, hand=self.hand)
+            if found.cloud is None or found.problem is None:
+                raise InputError(f"--estimated needs the surface of the plan: {found.missing}")
+            return estimated(found.cloud, found.problem)
+        reading = PLAIN if self.object else reopen.reading(grasps.meta)
+        return load(source, Reading(scale=self.scale, key=reading.key, up=reading.up, pose=reading.pose))
 
     def _obstacles(self, grasps: Grasps, seen: Observation) -> tuple[Shape, ...]:
         """The obstacles of the plan: those given to it, and those in the cloud that was solved, not in `object`.
@@ -138,7 +154,7 @@ class Simulate:
 
     def _made(self, source: Path, settings: SimulationSettings, outcomes: list[Outcome]) -> dict[str, Any]:
         grasps = [{"rank": rank} | plain(outcome) for rank, outcome in enumerate(outcomes)]
-        return made(object=str(source), settings=asdict(settings)) | {"grasps": grasps}
+        return made(object=str(source), estimated=self.estimated, settings=asdict(settings)) | {"grasps": grasps}
 
 
 def _require_mujoco() -> None:

@@ -142,10 +142,12 @@ def _next(plan: Plan, folder: Path) -> list[str]:
     if plan.best is None:
         more = f"--starts {MORE * plan.tried} tries more"
         return [f"next:  --solver.formulation elastic tells by how much constraints are missed; {more}"]
+    known = plan.observation.mesh_vertices is not None
+    simulated = "  see whether it holds, in MuJoCo" if known else " --estimated  carry it out, on the estimated surface"
     return [
         f"next:  sgnlp view {folder}      look at the grasp",
         f"       sgnlp report {folder}    read about it",
-        f"       sgnlp simulate {folder}  see whether it holds, in MuJoCo",
+        f"       sgnlp simulate {folder}{simulated}",
         f"       {folder / results.SUMMARY}  for your robot: joints by name, wrist and targets in the cloud's frame",
         f"       {folder / results.MOTION[2]}  its whole motion for ROS 2; {results.MOTION[3]} is for MoveIt",
     ]

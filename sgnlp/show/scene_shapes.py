@@ -1,27 +1,23 @@
 """The shapes of a view: surface, table, contacts, cones, springs, collision spheres, axes."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from sgnlp.base import palette
 from sgnlp.base.arrays import Array
-from sgnlp.base.errors import InputError
 from sgnlp.base.palette import Colour
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import frames
 from sgnlp.perception.synthetic import meshes
 from sgnlp.show.scene_parts import AXES, AXIS, CONES, SPHERES, SURFACE, TABLE, Label, Shape
 from sgnlp.surface.gpis import Gpis
+from sgnlp.surface.level_set import chunked, level_set
 
 SURFACE_OPACITY = 0.45
 """Opacity of the surface, so that springs and targets behind it are visible."""
-GRID, MARGIN = 40, 0.015
-"""Cells along the longest side of the surface's grid, and the margin of the grid around the points [m]."""
+MARGIN = 0.015
+"""Margin around the points within which the surface is drawn [m]."""
 SHOWN_SHARE = 0.95
 """Share of the deviations that the colour scale spans: where the gradient vanishes, σ/|∇μ| is unbounded."""
-CHUNK = 2048
-"""Query points of the surface at a time."""
 TABLE_HALF, TABLE_CELLS = 0.18, 18
 """Half the edge of the drawn table [m], and its squares along an edge."""
 ARROW = 0.03
@@ -40,35 +36,17 @@ SOLIDS = {
 
 def surface(gpis: Gpis, box: Array) -> Shape:
     """The posterior's zero level set around a box (2, 3) [m], with the deviation σ/|∇μ| [mm] of its vertices."""
-    try:
-        from skimage.measure import marching_cubes
-    except ImportError:
-        raise InputError("drawing the surface needs scikit-image: pip install 'sgnlp[view]'") from None
-    low, high = box[0] - MARGIN, box[1] + MARGIN
-    step = float((high - low).max()) / GRID
-    axes = [np.arange(a, b + step, step) for a, b in zip(low, high, strict=True)]
-    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    mean = _chunked(gpis.mean, grid.reshape(-1, 3)).reshape(grid.shape[:3])
-    if not mean.min() < 0 < mean.max():
-        raise InputError("the surface model has no surface near the points")
-    vertices, faces, _, _ = marching_cubes(mean, 0.0, spacing=(step,) * 3, gradient_direction="descent")
-    vertices = vertices + low
-    deviation = 1e3 * _chunked(gpis.distance_deviation, vertices)
+    vertices, faces = level_set(gpis.mean, box[0] - MARGIN, box[1] + MARGIN)
+    deviation = 1e3 * chunked(gpis.distance_deviation, vertices)
     return Shape(
         SURFACE,
         vertices,
-        np.asarray(faces, int),
+        faces,
         palette.SKY,
         opacity=SURFACE_OPACITY,
         values=np.minimum(deviation, np.quantile(deviation, SHOWN_SHARE)),
         moves=True,
     )
-
-
-def _chunked(function: Callable[[Array], Array], points: Array) -> Array:
-    """A function of points (Q, 3), evaluated in chunks, because it needs arrays (Q, N)."""
-    parts = [points[i : i + CHUNK] for i in range(0, len(points), CHUNK)]
-    return np.concatenate([function(part) for part in parts])
 
 
 def table(middle: Array, height: float) -> Shape:

@@ -10,6 +10,7 @@ score. It imports from the rooms before it, among them `hand` and `planning`.
 from sgnlp.control.command import Command, command
 from sgnlp.simulation.body import Body, body, true_body
 from sgnlp.simulation.displacement import displaced
+from sgnlp.simulation.estimate import estimated
 from sgnlp.simulation.judge import execute
 from sgnlp.simulation.outcome import Closing, Lift, Outcome, Pregrasp, Push, Trace, plain
 from sgnlp.simulation.settings import SimulationSettings
@@ -28,6 +29,7 @@ __all__ = [
     "body",
     "command",
     "displaced",
+    "estimated",
     "execute",
     "plain",
     "simulate",

@@ -41,5 +41,7 @@ def body(vertices: ArrayLike, faces: ArrayLike, table_height: float = 0.0, name:
 def true_body(observation: Observation) -> Body:
     """The true surface that comes with an observation; raises `InputError` if there is none."""
     if observation.mesh_vertices is None or observation.mesh_faces is None:
-        raise InputError(f"'{observation.name}' has no true surface: its file needs mesh_vertices and mesh_faces")
+        rule = "its file needs mesh_vertices and mesh_faces"
+        other = "without it, --estimated takes the surface of the plan (in Python: `sgnlp.simulation.estimated`)"
+        raise InputError(f"'{observation.name}' has no true surface: {rule}; {other}")
     return body(observation.mesh_vertices, observation.mesh_faces, observation.table_height, observation.name)

@@ -12,6 +12,8 @@ pytest.importorskip("mujoco")
 
 from grips import box, faces, grip
 from motions import motion
+from plans import SMALL_FLAGS
+from scenes import ellipsoid
 
 from sgnlp.base.presets import ROBUST
 from sgnlp.cli import run
@@ -220,6 +222,8 @@ def test_a_picture_shows_hand_object_and_forces_where_the_simulation_had_them():
     ("arguments", "message"),
     [
         (("--object", "cloud.npz"), "'box' has no true surface"),
+        (("--object", "box.npz", "--estimated"), "--estimated takes neither --object nor --true-load"),
+        (("--estimated",), "--estimated needs the surface of the plan: 'box.npz' has changed"),
         (("--object", "gone.npz"), "'gone.npz' is not there; name its file with --object"),
         (("--grasps", "3"), "--grasps must be between 1 and 2"),
         (("--mass", "-1"), "--simulation.mass must be positive"),
@@ -275,3 +279,15 @@ def test_a_picture_shows_the_arm_and_the_obstacles_where_they_are():
         np.testing.assert_allclose(vertices, mesh.vertices @ place[:3, :3].T + place[:3, 3], atol=1e-9)
     fingers = np.concatenate([shape.vertices for shape in shapes if shape.layer == "hand"])
     assert all(np.linalg.norm(fingers - tip, axis=1).min() < 0.02 for tip in asked.tips)
+
+
+def test_the_estimated_surface_is_carried_out_on_where_nobody_knows_the_true_one(tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    np.savez("egg.npz", points=ellipsoid(), table_height=0.0)
+    assert run(["solve", "egg.npz", "--starts", "1", "--quiet", *SMALL_FLAGS]) == 0
+    assert simulate("results/egg") == 3
+    assert "--estimated takes the surface of the plan" in capfd.readouterr().err
+    short = ("--push-weights", 0, "--close-time", 0.1, "--piece-error", 0.01)
+    assert simulate("results/egg", "--estimated", *short) in (0, 1)
+    assert "on the estimated surface, not the true one" in capfd.readouterr().out
+    assert json.loads(Path("results/egg/simulation.json").read_text(encoding="utf-8"))["estimated"]

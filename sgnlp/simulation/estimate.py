@@ -1,0 +1,50 @@
+"""The estimated surface in the place of the true one, for an object that nobody has measured.
+
+A grasp that holds it holds what the plan believes in: this tests motors, mass, friction, gaps and errors of the hand's
+place, but not the estimate.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from sgnlp.base.arrays import Array, IntArray
+from sgnlp.perception.observation import Observation
+from sgnlp.planning.problem import Problem
+from sgnlp.surface.level_set import level_set
+
+MARGIN = 0.03
+"""Around the measured points, within which the surface may lie [m]: unseen sides bulge by up to this much."""
+
+
+def estimated(observation: Observation, problem: Problem) -> Observation:
+    """The observation with the zero level set of the posterior mean, above the table, as its true surface.
+
+    Of several closed parts it is the one with the most faces. Both arguments are a plan's: `plan.observation` and
+    `plan.problem`.
+
+    Raises:
+        InputError: the posterior has no surface near the points, or scikit-image is not installed.
+    """
+    table = observation.table_height
+    low, high = problem.box[0] - MARGIN, problem.box[1] + MARGIN
+    low[2] = table
+
+    def outside(points: Array) -> Array:
+        walls = np.maximum(low - points, points - high).max(axis=1)  # closed at the table, and at the box's sides
+        return np.asarray(np.maximum(problem.gpis.mean(points), walls))
+
+    step = MARGIN / 2
+    vertices, faces = _largest(*level_set(outside, low - step, high + step))
+    return replace(observation, mesh_vertices=vertices, mesh_faces=faces)
+
+
+def _largest(vertices: Array, faces: IntArray) -> tuple[Array, IntArray]:
+    """The connected part with the most faces."""
+    edges = faces[:, [0, 1, 1, 2]].reshape(-1, 2).T
+    _, part = connected_components(coo_array((np.ones(edges.shape[1]), edges), shape=(len(vertices),) * 2))
+    most = np.bincount(part[faces[:, 0]]).argmax()
+    used = np.flatnonzero(part == most)
+    return vertices[used], np.searchsorted(used, faces[part[faces[:, 0]] == most])
