@@ -12,10 +12,13 @@ import sgnlp
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
 from sgnlp.planning.batch import Task
+from sgnlp.simulation.judge import DEFAULTS
 
 CHEAP = [*SMALL_FLAGS[:4], "--contact.samples", str(SMALL.contact.samples), "--solver.formulation", "constrained"]
 CHEAP += ["--starts", "1", "--rounds", "1", "--jobs", "1", "--timeout", "3600"]
 """What makes a command cheap that plans."""
+BRIEF = {"hold_time": 0.3, "push_time": 0.2}
+"""Settings that make a simulation brief."""
 COARSE = {"threshold": 0.01, "mcts_iterations": 5, "mcts_max_depth": 1, "resolution": 300}
 """CoACD's search for the pieces of a body, up to a centimetre, in a thirtieth of the time."""
 
@@ -44,6 +47,17 @@ def plans_are_cheap(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(sgnlp, "solve", solve)
     monkeypatch.setattr("sgnlp.planning.batch.Task", partial(Task, settings=cheap(ROBUST)))
+
+
+def simulations_are_brief(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`sgnlp.simulate` holds and pushes the object for a moment, whatever its settings."""
+    true = sgnlp.simulate
+
+    @wraps(true)
+    def simulate(solution, observation, settings=DEFAULTS):
+        return true(solution, observation, replace(settings, **BRIEF))
+
+    monkeypatch.setattr(sgnlp, "simulate", simulate)
 
 
 def pieces_are_coarse(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,7 @@
 """The shape of the code: imports point one way, only the command line prints, nothing grows too long."""
 
 import ast
+import importlib
 from collections.abc import Iterator
 from functools import cache
 from graphlib import TopologicalSorter
@@ -68,6 +69,15 @@ def test_imports_point_to_earlier_rooms_only():
     pairs = [(dotted(path), name) for path in INSIDE for name in imported(path) - {"sgnlp"}]
     assert len(pairs) > len(INSIDE)
     assert not [(own, name) for own, name in pairs if ROOMS.index(room(name)) > ROOMS.index(room(own))]
+
+
+def test_the_rooms_of_the_picture_are_those_of_the_code(monkeypatch):
+    """The picture of the documentation counts the imports that the test of the architecture sees."""
+    monkeypatch.syspath_prepend(str(PACKAGE.parent / "docs"))
+    rooms = importlib.import_module("rooms")
+    seen = [(room(dotted(path)), room(name)) for path in INSIDE for name in imported(path) - {"sgnlp"}]
+    assert rooms.order() == ROOMS
+    assert dict(rooms.imports()) == {(a, b): seen.count((a, b)) for a, b in seen if a != b}
 
 
 def test_every_room_is_a_package_and_nothing_lies_outside():

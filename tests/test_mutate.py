@@ -37,7 +37,13 @@ def changes(mutation: Mutation) -> bool:
     mutated = mutation.applied(text)  # which raises unless the text is there once
     if not mutation.file.endswith(".py"):  # C is compiled when it is run
         return mutated != text
-    return ast.dump(ast.parse(mutated)) != ast.dump(ast.parse(text))
+    return ast.dump(ast.parse(mutated)) != code(text)
+
+
+@cache
+def code(text: str) -> str:
+    """What a file says, without its layout and comments."""
+    return ast.dump(ast.parse(text))
 
 
 @cache

@@ -120,7 +120,7 @@ def test_the_command_is_an_entry_point():
 
 def test_planning_from_an_npz_loads_no_experiment_and_nothing_heavy(tmp_path):
     heavy = "sgnlp.experiments open3d pandas plotly mujoco trimesh matplotlib"
-    flags = f"--starts 1 --jobs 1 --quiet --gpis.surface-points 40 --out {tmp_path / 'out'}"
+    flags = f"--starts 1 --jobs 1 --quiet --no-build --gpis.surface-points 40 --out {tmp_path / 'out'}"
     done = python(
         "import sys; from sgnlp.cli import run; "
         f"code = run('solve problems/orange_0.npz {flags}'.split()); "

@@ -1,6 +1,5 @@
 """What helps those who take part: the hooks, the public CI and the citation parse and agree with the project."""
 
-import importlib
 import re
 import subprocess
 from pathlib import Path
@@ -8,7 +7,6 @@ from typing import Any
 
 import pytest
 import yaml
-from test_architecture import INSIDE, ROOMS, dotted, imported, room
 
 import sgnlp
 
@@ -66,12 +64,3 @@ def test_the_places_to_add_things_are_there(path):
 @pytest.mark.parametrize(("name", "place"), re.findall(r"`([A-Z]{5,})` (?:of|in) `(sgnlp/[\w/.]+)`", CONTRIBUTING))
 def test_the_tables_to_add_a_line_to_are_there(name, place):
     assert f"{name}" in (ROOT / place).read_text(encoding="utf-8")
-
-
-def test_the_rooms_of_the_picture_are_those_of_the_code(monkeypatch):
-    """The picture of the documentation counts the imports that the test of the architecture sees."""
-    monkeypatch.syspath_prepend(str(ROOT / "docs"))
-    rooms = importlib.import_module("rooms")
-    seen = [(room(dotted(path)), room(name)) for path in INSIDE for name in imported(path) - {"sgnlp"}]
-    assert rooms.order() == ROOMS
-    assert dict(rooms.imports()) == {(a, b): seen.count((a, b)) for a, b in seen if a != b}

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from plans import small_plan
-from readers import pieces_are_coarse, plans_are_cheap
+from readers import pieces_are_coarse, plans_are_cheap, simulations_are_brief
 
 from sgnlp.experiments.benchmarks import replanning
 from sgnlp.experiments.benchmarks.measure import Row
@@ -86,6 +86,7 @@ def test_the_program_of_the_readme_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     plans_are_cheap(monkeypatch)
     pieces_are_coarse(monkeypatch)
+    simulations_are_brief(monkeypatch)
     found: dict[str, Any] = {}
     exec("\n".join(blocks("python")), found)
     assert capsys.readouterr().out

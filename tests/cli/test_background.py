@@ -112,7 +112,8 @@ def test_it_is_the_last_in_turn_and_silent(place, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-FLAGS = ["--hand", str(THREE), "--starts", "1", "--solver.formulation", "penalty", *SMALL_FLAGS]
+FLAGS = ["--hand", str(THREE), "--starts", "1", "--rounds", "1", "--solver.formulation", "penalty", *SMALL_FLAGS]
+FLAGS += ["--solver.max-iterations", "3"]
 
 
 @pytest.fixture
@@ -149,13 +150,26 @@ def test_ctrl_c_ends_the_compilers_too(cache):
     assert not list(cache.glob("program-*.so"))
 
 
+NOTING = """#!/bin/sh
+echo "$@" >> {log}
+case "$PWD $*" in *.build-program-*" -c "*)
+    eval "made=\\${{$#}}"
+    [ -z "$HALTS" ] || mkdir {log}.first || exec sleep 60
+    exec cc -x c -c /dev/null -o "$made";;
+esac
+exec cc "$@"
+"""
+"""A compiler that notes what it is asked for. Of a program it makes empty files, if it halts only the first of them."""
+
+
 @pytest.mark.skipif(not compiled.can_compile(), reason="no C compiler")
 def test_a_library_that_a_plan_left_half_built_is_finished_by_what_comes_after_it(place, cache, monkeypatch):
     compiler, log = place / "noting", place / "asked"
-    compiler.write_text(f'#!/bin/sh\necho "$@" >> {log}\nexec cc "$@"\n', encoding="utf-8")
+    compiler.write_text(NOTING.format(log=log), encoding="utf-8")
     compiler.chmod(0o755)
     monkeypatch.setenv("CC", str(compiler))
     monkeypatch.setenv("CXX", "no-such-compiler")
+    monkeypatch.setenv("HALTS", "1")
     slow = command_with(
         "from sgnlp.cli import background; background.NEARLY = -1; import pathlib, time; from sgnlp.cli import solve;"
         "show = solve._show;"
@@ -170,7 +184,8 @@ def test_a_library_that_a_plan_left_half_built_is_finished_by_what_comes_after_i
     before = [file.name for file in half_built(cache)]
     assert before
     assert not list(cache.glob("program-*.so"))
-    flags = [*FLAGS[:2], *FLAGS[4:]]  # without the starts
+    flags = [*FLAGS[:2], *FLAGS[6:]]  # without starts and rounds
+    monkeypatch.delenv("HALTS")
     subprocess.run([*COMMAND, "cache", "--build", *flags], capture_output=True, check=True)
     assert len(list(cache.glob("program-*.so"))) == 1
     assert not half_built(cache)

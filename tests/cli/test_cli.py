@@ -80,7 +80,7 @@ def tree(folder: Path = Path()) -> set[str]:
 
 
 def test_solve_from_a_shell_writes_the_result_and_shows_it(workplace):
-    flags = ["--starts", "2", "--spheres", "paper", "--solver.formulation", "constrained", *SMALL_FLAGS]
+    flags = ["--starts", "2", "--no-build", "--spheres", "paper", "--solver.formulation", "constrained", *SMALL_FLAGS]
     done = subprocess.run([*COMMAND, "solve", ORANGE, *flags], capture_output=True, encoding="utf-8")
     assert (done.returncode, done.stderr) == (codes.FEASIBLE, "")
     files = {f"results/orange_0/{name}" for name in FILES}

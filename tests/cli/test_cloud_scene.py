@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from archives import unpacked
 from PIL import Image
-from tabletops import SMALL, Tabletop, random_bodies, seen
+from tabletops import SMALL, TINY, Tabletop, random_bodies, seen
 
 import sgnlp
 from sgnlp.cli import codes, run
@@ -19,7 +19,7 @@ BODIES = 3
 def top() -> Tabletop:
     """Three bodies, in a quarter of the pixels."""
     rng = np.random.default_rng(5)
-    return seen(random_bodies(BODIES, rng, reach=0.12), rng, camera=SMALL)
+    return seen(random_bodies(BODIES, rng, reach=0.12), rng, camera=TINY)
 
 
 @pytest.fixture
@@ -153,7 +153,7 @@ def test_an_organised_pcd_has_pixels(files, top, capfd):
     test_clouds_of_every_kind_are_scenes(files, top, "pcd")
     assert "the pixel" in capfd.readouterr().err
     cloud("own.npy", "--pixel", 999, 0)
-    assert "the pixel (999, 0) is outside of the 320 x 240 pixels" in capfd.readouterr().err
+    assert "the pixel (999, 0) is outside of the 224 x 168 pixels" in capfd.readouterr().err
 
 
 def test_a_pose_and_an_axis_are_those_of_solve(files, top):
@@ -181,8 +181,8 @@ def test_a_picture_shows_the_numbers(files, capfd):
     ("arguments", "message"),
     [
         ((*IMAGE, "--pick", 9), "error: --pick must be 1 to 3; found 9"),
-        ((*IMAGE, "--pixel", 400, 4), "error: the pixel (400, 4) is outside of the 320 x 240 pixels"),
-        ((*IMAGE, "--pixel", 5, 230), "error: at the pixel (5, 230) is the table"),
+        ((*IMAGE, "--pixel", 400, 4), "error: the pixel (400, 4) is outside of the 224 x 168 pixels"),
+        ((*IMAGE, "--pixel", 5, 160), "error: at the pixel (5, 160) is the table"),
         ((*IMAGE, "--pick", 1, "--all"), "error: give one of --pick and --all"),
         ((*IMAGE, "--unit", 1), "error: scene.png: in units of 1 m the scene is 7"),
         (("depth.npy", *IMAGE[1:]), "error: depth.npy: in units of 0.001 m the scene is 0.0007"),

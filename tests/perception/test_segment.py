@@ -7,21 +7,22 @@ import numpy as np
 import pytest
 from archives import unpacked
 from scipy.spatial.transform import Rotation
-from tabletops import SMALL, TABLE, Tabletop, random_bodies, seen, shares, slab
+from tabletops import CAMERA, SMALL, TABLE, Tabletop, random_bodies, seen, shares, slab
 
 import sgnlp
 from sgnlp import InputError, segment
 from sgnlp.perception.scene import NO_CLUSTER
+from sgnlp.perception.synthetic.cameras import DepthCamera
 from sgnlp.perception.synthetic.meshes import Mesh, box
 
 BODIES = 4
 
 
 @lru_cache
-def four() -> Tabletop:
+def four(camera: DepthCamera = SMALL) -> Tabletop:
     """Four bodies on a table without end."""
     rng = np.random.default_rng(0)
-    return seen(random_bodies(BODIES, rng), rng)
+    return seen(random_bodies(BODIES, rng), rng, camera=camera)
 
 
 def named(scene: sgnlp.Scene, labels: np.ndarray, measured: np.ndarray | None = None) -> list[int]:
@@ -91,7 +92,7 @@ def place_of(scene: sgnlp.Scene, number: int) -> tuple[int, int]:
 
 
 def test_plain_clouds_in_a_world_and_in_a_camera_s_frame():
-    top = four()
+    top = four(CAMERA)
     measured = np.isfinite(top.own[..., 2])
     labels = top.labels[measured][:, None]
     own = segment(top.own[measured])
@@ -110,7 +111,7 @@ def test_plain_clouds_in_a_world_and_in_a_camera_s_frame():
 def test_a_wall_behind_the_table_and_one_larger_than_it_is_not_the_table():
     rng = np.random.default_rng(1)
     wall = slab((0.02, 3.0, 2.0), (0.4, 0.0, 0.8))
-    top = seen(random_bodies(BODIES, rng), rng, [wall], eye=(-0.5, 0.0, 0.22), target=(0.0, 0.0, 0.12))
+    top = seen(random_bodies(BODIES, rng), rng, [wall], eye=(-0.5, 0.0, 0.22), target=(0.0, 0.0, 0.12), camera=SMALL)
     on_wall = (top.own @ top.pose[:3, :3].T + top.pose[:3, 3])[..., 0] > 0.38
     assert on_wall.sum() > 1.2 * (~on_wall & (top.labels == TABLE)).sum()
     for given in (top.image(), top.image(posed=False)):
@@ -133,7 +134,7 @@ def test_of_a_floor_and_a_table_on_it_the_table_is_meant():
     legs = [slab((0.04, 0.04, 0.67), (x, y, 0.335)) for x in (-0.27, 0.27) for y in (-0.27, 0.27)]
     crates = [slab((0.2, 0.2, 0.2), (x, y, 0.1)) for x in (0.5, 0.9, 1.3) for y in (-0.6, 0.6)]
     bodies = [Mesh(body.vertices + np.array([0, 0, height]), body.faces) for body in random_bodies(2, rng)]
-    top = seen(bodies, rng, [table, *legs, *crates], eye=(-0.85, -0.2, 0.7), height=height)
+    top = seen(bodies, rng, [table, *legs, *crates], eye=(-0.85, -0.2, 0.7), height=height, camera=SMALL)
     z = (top.own @ top.pose[:3, :3].T + top.pose[:3, 3])[..., 2]
     assert (z < 0.1).sum() > (np.abs(z - height) < 0.02).sum()  # more of the floor is seen than of the table
     for given in (top.image(), top.image(posed=False)):
@@ -154,7 +155,7 @@ def test_two_bodies_12_mm_apart_are_two(seed):
 
 def test_a_body_2_cm_high_is_found():
     rng = np.random.default_rng(0)
-    top = seen([box([0.1, 0.06, 0.02]).standing()], rng)
+    top = seen([box([0.1, 0.06, 0.02]).standing()], rng, camera=SMALL)
     (body,) = named(segment(top.image()), top.labels)
     assert body == 1
 
@@ -197,7 +198,7 @@ def test_what_is_cut_off_or_hangs_or_reaches_in_is_listed_and_marked():
     whole = box([0.06, 0.06, 0.08]).standing((0.05, 0.12))
     cut = box([0.08, 0.08, 0.1]).standing((-0.28, 0.05))
     hanging = slab((0.05, 0.05, 0.05), (0.0, -0.14, 0.14))
-    top = seen([whole, cut, hanging], rng)
+    top = seen([whole, cut, hanging], rng, camera=SMALL)
     scene = segment(top.image())
     faults = {int(np.bincount(top.labels[scene.pixels(c.number)[0]]).argmax()): c.fault for c in scene.clusters}
     assert faults[1] == ""
@@ -305,8 +306,8 @@ def test_pixels_and_numbers_that_are_none_are_refused():
     scene = segment(four().image())
     with pytest.raises(InputError, match="must be 1 to 4; found 9"):
         scene.observation(9)
-    with pytest.raises(InputError, match=r"the pixel \(640, 0\) is outside of the 640 x 480 pixels"):
-        scene.at_pixel(640, 0)
+    with pytest.raises(InputError, match=r"the pixel \(320, 0\) is outside of the 320 x 240 pixels"):
+        scene.at_pixel(320, 0)
     v, u = np.argwhere(scene.views[0].measured & ~scene.above[0])[0]
     with pytest.raises(InputError, match="is the table"):
         scene.at_pixel(int(u), int(v))

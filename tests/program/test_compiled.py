@@ -117,7 +117,7 @@ def test_nothing_is_kept_where_it_cannot_be_found_again_or_is_compiled_without(k
 def test_functions_that_the_package_carries_are_found_and_not_kept_again(kept, tmp_path, monkeypatch):
     nlp, carried = build(small(), STRUCTURE), tmp_path / compiled.file_name(small(), STRUCTURE)
     kept.unlink()
-    carried.write_bytes(lzma.compress(serialised.written(nlp)))
+    carried.write_bytes(lzma.compress(serialised.written(nlp), preset=0))
     monkeypatch.setattr(compiled, "beside", lambda name: tmp_path / name if (tmp_path / name).exists() else None)
     compiled.keep(small(), STRUCTURE)
     assert not kept.exists()
