@@ -39,7 +39,7 @@ LEGEND = (
     Entry(HAND, PATCH, palette.STONE, "hand, its pads in the fingers' colours"),
     Entry(CLOUD, POINT, palette.INK, "measured points"),
     Entry(SURFACE, PATCH, palette.SKY, "fitted surface, coloured by its deviation ± σ [mm]", graded=True),
-    Entry(OBJECT, PATCH, palette.SKY, "true object"),
+    Entry(OBJECT, PATCH, palette.SKY, "object"),
     Entry(CONTACTS, BALL, palette.GREY, "contact on the surface"),
     Entry(NORMALS, LINE, palette.GREY, "outward normal at the contact"),
     Entry(CONES, FAN, palette.GREY, "friction cone of the force on the object"),

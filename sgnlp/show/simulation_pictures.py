@@ -1,4 +1,4 @@
-"""A simulated grasp as a scene for `png`: the end of each phase, with the true object."""
+"""A simulated grasp as a scene for `png`: the end of each phase, with the object."""
 
 from collections.abc import Sequence
 

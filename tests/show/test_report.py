@@ -134,6 +134,9 @@ def test_a_simulation_is_told_if_it_is_of_this_plan(folder):
     file.write_text(json.dumps(told), encoding="utf-8")
     section = report._simulated(folder)
     assert section.sheets[0].rows[1] == ("0", "held", "1", "1", "49.5", "4.2", "5/6", "2.1", "")
+    assert "on the true object of egg.npz, 0.1 kg" in section.sentences[0]
+    file.write_text(json.dumps(told | {"estimated": True}), encoding="utf-8")
+    assert "on the estimated surface of egg.npz, 0.1 kg" in report._simulated(folder).sentences[0]
     os.utime(file, (0, 0))
     assert report._simulated(folder) is None
     file.unlink()

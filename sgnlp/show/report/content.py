@@ -200,7 +200,8 @@ def _plotted(name: str, caption: str, panels: list[Panel], columns: list[list[Pa
 def simulation(found: Mapping[str, Any], pictures: Mapping[str, bytes]) -> Section:
     """The outcomes of `simulation.json`, and the pictures beside it as PNG by phase."""
     load = f"{found['settings']['mass']:g} kg, friction {found['settings']['friction']:g}"
-    said = f"Carried out in MuJoCo on the true object of {found['object']}, {load}."
+    thing = "estimated surface" if found.get("estimated") else "true object"
+    said = f"Carried out in MuJoCo on the {thing} of {found['object']}, {load}."
     shown = tuple(
         Figure(f"simulation-{phase}", f"Grasp 0, end of {phase}.", {"png": png}) for phase, png in pictures.items()
     )
