@@ -30,6 +30,8 @@ class DraftHand:
     """link that the fingers branch off from; if not given, the only one with three chains of joints or more"""
     tips: tuple[str, ...] = ()
     """links of the fingertips, in the order of the fingers; if not given, the end of each chain"""
+    couple: tuple[tuple[str, str, float], ...] = ()
+    """joints that one motor moves: a joint, the one that it follows, and the factor, again and again for more joints"""
     mirror: bool = False
     """draft the mirror image: a left hand of a right one"""
     out: Path | None = None
@@ -41,7 +43,7 @@ class DraftHand:
         """Draft, write, examine, draw."""
         if self.out:
             self._check(self.out)
-        drafted = draft(self.file, self.palm, self.tips, self.mirror)
+        drafted = draft(self.file, self.palm, self.tips, self.mirror, self.couple)
         folder = self.out or Path(drafted.name)
         self._check(folder)
         results.write_text(folder / HAND_FILE, text(drafted, folder))

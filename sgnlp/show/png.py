@@ -6,7 +6,7 @@ the fourth is the legend. A narrow page puts them below each other.
 
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any
 
@@ -48,6 +48,8 @@ DOT = 4e-4
 """Half the side of a point [m]; a segment is a quarter of this wide for each pixel of its width."""
 FAINT = 0.25
 """Opacity of the cloud's points, so that the surface under them is visible."""
+MANY, MERGED = 5000, 0.002
+"""A mesh of more triangles is drawn with its vertices merged in cells of this edge [m], three pixels of a hand."""
 MAP = "viridis"
 """Colour map of the deviation; its order is clear to colour-blind readers too."""
 WIDE = (TABLE, OBSTACLES, ARM)
@@ -83,7 +85,7 @@ def cells(scene: Scene, rank: int = 0, stage: int = 1) -> Picture:
     from matplotlib.colors import Normalize
 
     view = scene.views[rank]
-    shapes = [shape for shape in placed(scene, rank, stage) if shape.layer not in scene.hidden]
+    shapes = [_merged(shape) for shape in placed(scene, rank, stage) if shape.layer not in scene.hidden]
     values = [shape.values for shape in shapes if shape.values is not None]
     scale = Normalize(*(np.concatenate(values).min(), np.concatenate(values).max()) if values else (0, 1))
     with rc_context({"font.size": FONT}):
@@ -116,6 +118,17 @@ def _encoded(pixels: NDArray[np.uint8]) -> bytes:
     file = io.BytesIO()
     Image.fromarray(pixels).save(file, "PNG", optimize=True)
     return file.getvalue()
+
+
+def _merged(shape: Shape) -> Shape:
+    """A mesh without the triangles that are too small to see, if it has many: drawing a million takes a minute."""
+    if shape.values is not None or shape.cells.shape[1] < 3 or len(shape.cells) <= MANY:
+        return shape
+    index = np.floor(shape.vertices / MERGED).astype(int)
+    _, first, where = np.unique(index, axis=0, return_index=True, return_inverse=True)
+    cells = where.ravel()[shape.cells]
+    cells = np.unique(np.sort(cells[(cells != np.roll(cells, 1, axis=1)).all(axis=1)], axis=1), axis=0)
+    return replace(shape, vertices=shape.vertices[first], cells=cells)
 
 
 def _png(figure: Any) -> bytes:

@@ -12,7 +12,10 @@ from hands import BENT, THREE, changed
 
 from sgnlp.base.errors import InputError
 from sgnlp.hand.description import UNCHANGED, Changes, description
+from sgnlp.hand.description.bones import bones
 from sgnlp.hand.description.source import packaged
+from sgnlp.hand.draft.palm import candidates
+from sgnlp.hand.draft.skeleton import Skeleton
 from sgnlp.hand.model import joint_model, mimics, own_joints
 
 MIRROR = np.diag([1.0, -1.0, 1.0])
@@ -187,6 +190,54 @@ def test_an_mjcf_that_cannot_be_planned_with_is_refused(tmp_path: Path, old: str
     with pytest.raises(InputError, match=message) as caught:
         description(mjcf(tmp_path, (old, new)), root)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "remedy"),
+    [
+        ("a.xml", '<mujoco><option old="1"/></mujoco>', "delete it in the file"),
+        ("a.mjcf", "<mujoco/>", "let the name of the file end in .xml"),
+        ("a.xml", '<mujoco><worldbody><geom class="bone"/></worldbody></mujoco>', "give the one that includes it"),
+    ],
+)
+def test_an_mjcf_that_mujoco_cannot_read_is_refused_with_what_to_do(tmp_path: Path, name: str, text: str, remedy: str):
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=f"MuJoCo cannot read it: .*; .*{remedy}$"):
+        description(tmp_path / name)
+
+
+def test_an_mjcf_whose_hinges_all_turn_by_less_than_seven_is_in_radians(tmp_path: Path):
+    """As the robosuite's grippers are, which larger files include."""
+    body = """<mujoco><worldbody><body name="palm"><geom size="0.01"/><body name="tip" euler="0 0 0.5">
+        <joint name="a" range="0 UPPER"/><geom size="0.01"/></body></body></worldbody></mujoco>"""
+    file = tmp_path / "part.xml"
+    for upper, unit in (("3.1416", 1.0), ("90", np.pi / 180)):
+        file.write_text(body.replace("UPPER", upper), encoding="utf-8")
+        model = joint_model(description(file))
+        np.testing.assert_allclose(model.upperPositionLimit, float(upper) * unit)
+        np.testing.assert_allclose(pin.rpy.matrixToRpy(model.jointPlacements[1].rotation), [0, 0, 0.5 * unit])
+
+
+def test_an_mjcf_is_read_by_a_path_from_here_with_its_meshes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "a.obj").write_text(obj(np.vstack([np.zeros(3), 0.01 * np.eye(3)])), encoding="utf-8")
+    told = '<asset><mesh file="a.obj"/></asset><worldbody><body><geom type="mesh" mesh="a"/></body></worldbody>'
+    (tmp_path / "in" / "a.xml").write_text(f"<mujoco>{told}</mujoco>", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert str(tmp_path / "in" / "a.obj") in description(Path("in/a.xml"))
+
+
+def test_a_fixed_joint_may_have_an_axis_of_zero(tmp_path: Path):
+    told = urdf(tmp_path).read_text(encoding="utf-8")
+    fixed = '<joint name="still" type="fixed"><parent link="palm"/><child link="a"/><axis xyz="0 0 0"/></joint>'
+    file = tmp_path / "fixed.urdf"
+    file.write_text(told.replace("</robot>", f'<link name="a"/>{fixed}</robot>'), encoding="utf-8")
+    assert attributes(description(file), "axis", "xyz").get("still") is None
+
+
+def test_the_palm_is_found_in_an_mjcf_with_other_bodies_in_the_world(tmp_path: Path):
+    text = bones(mjcf(tmp_path))
+    assert candidates(Skeleton(tmp_path / "made_up.xml", text, joint_model(text))) == ["palm"]
 
 
 def test_an_mjcf_without_mujoco_is_refused_with_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

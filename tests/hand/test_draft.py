@@ -20,7 +20,7 @@ from sgnlp.hand.draft.body import Body
 from sgnlp.hand.draft.chains import chains
 from sgnlp.hand.draft.closing import ends, sense
 from sgnlp.hand.draft.covers import OUTSIDE, cover
-from sgnlp.hand.draft.draft import Draft, draft
+from sgnlp.hand.draft.draft import Draft, _bones, draft
 from sgnlp.hand.draft.order import enough
 from sgnlp.hand.draft.pads import Pad, pad
 from sgnlp.hand.draft.palm import candidates
@@ -32,6 +32,7 @@ from sgnlp.hand.draft.wrist import STARTS, euler_deg
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.hand.hand_file import euler_rotation
 from sgnlp.hand.kinematics import tips
+from sgnlp.hand.model import mimics
 from sgnlp.perception.synthetic.meshes import box, cylinder, unit_sphere
 from sgnlp.perception.synthetic.truth import surface_samples
 
@@ -100,6 +101,30 @@ def allegro() -> Draft:
 
 def test_the_palm_is_the_deepest_link_with_three_chains_also_on_an_arm(tmp_path: Path):
     assert candidates(skeleton(radial(tmp_path, mounted=True))) == ["palm"]
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        '<link name="a"><visual><geometry><mesh filename="none.stl"/></geometry></visual></link>',
+        '<link name="a"><visual><geometry><sphere radius="0"/></geometry></visual></link>',
+        '<link name="a"/><joint name="wheel" type="revolute"><parent link="lower"/><child link="b"/>'
+        '<limit lower="0" upper="0"/></joint><link name="b"/>',
+    ],
+)
+def test_the_palm_is_found_on_a_robot_with_a_part_that_is_no_use(tmp_path: Path, other: str):
+    file = radial(tmp_path, mounted=True)
+    joint = '<joint name="on" type="floating"><parent link="lower"/><child link="a"/></joint></robot>'
+    file.write_text(file.read_text(encoding="utf-8").replace("</robot>", other + joint), encoding="utf-8")
+    assert candidates(_bones(file)) == ["palm"]
+
+
+def test_chains_as_long_as_arms_are_no_fingers(tmp_path: Path):
+    file = radial(tmp_path)
+    told = file.read_text(encoding="utf-8").replace('<origin xyz="0 0 0.05"/><axis', '<origin xyz="0 0 0.5"/><axis')
+    file.write_text(told, encoding="utf-8")
+    with pytest.raises(InputError, match=r"below 'palm' are 0.50 m long: these are no fingers .* by --palm"):
+        chains(skeleton(file))
 
 
 def test_where_two_links_can_be_the_palm_both_are_named_with_the_flag(tmp_path: Path):
@@ -432,6 +457,15 @@ def test_joints_that_mimic_others_have_no_angle_of_their_own(tmp_path: Path):
     file.write_text(told, encoding="utf-8")
     hand = written(draft(file), tmp_path)
     assert hand.joint_names == ("f0_flex", "f1_flex", "f2_flex")
+
+
+def test_joints_that_one_motor_moves_are_coupled_in_the_file(tmp_path: Path):
+    couple = [(f"f{i}_bend", f"f{i}_flex", 0.5) for i in range(3)]
+    hand = written(draft(bare(radial(tmp_path)), couple=couple), tmp_path)
+    assert hand.joint_names == ("f0_flex", "f1_flex", "f2_flex")
+    assert {(mimic.name, mimic.multiplier) for mimic in mimics(hand.model)} == {(one[0], 0.5) for one in couple}
+    with pytest.raises(InputError, match="unknown joint in couplings 'f9_bend'"):
+        draft(tmp_path / "radial.urdf", couple=[("f9_bend", "f0_flex", 1.0)])
 
 
 def test_the_same_description_gives_the_same_draft(radial_draft: Draft, tmp_path: Path):

@@ -11,7 +11,7 @@ from pathlib import Path
 from sgnlp.base.errors import InputError
 from sgnlp.hand.description.below import below
 from sgnlp.hand.description.changes import UNCHANGED, Changes, apply_changes
-from sgnlp.hand.description.joints import check_joint
+from sgnlp.hand.description.joints import bare, check_joint
 from sgnlp.hand.description.links import dress, strip
 from sgnlp.hand.description.mimics import resolve_mimics
 from sgnlp.hand.description.mirror import mirror
@@ -47,6 +47,9 @@ def description(file: Path, root: str | None = None, changes: Changes = UNCHANGE
 def _check(robot: ElementTree.Element, changes: Changes) -> None:
     """Check that numbers are valid, and that with the changes each joint is fixed, has limits, or follows another."""
     links, joints = named(robot, "link"), named(robot, "joint")
+    for joint in joints.values():
+        if joint.get("type") == "fixed":
+            bare(joint)
     for kind, elements in (("link", links), ("joint", joints)):
         for name, element in elements.items():
             check_numbers(element, f"{kind} '{name}'")

@@ -7,12 +7,17 @@ from sgnlp.base.errors import InputError
 MOVING = ("revolute", "prismatic")
 
 
+def bare(joint: ElementTree.Element) -> None:
+    """Remove what only describes motion from a fixed joint: some programs write an axis of 0 0 0 there."""
+    for tag in ("axis", "mimic", "limit"):
+        for left in joint.findall(tag):
+            joint.remove(left)
+
+
 def check_joint(name: str, joint: ElementTree.Element) -> None:
     """Check that a joint is fixed or has limits. Its effort comes from the hand's file; its velocity is not needed."""
     kind, limit = joint.get("type", ""), joint.find("limit")
     if kind == "fixed":
-        for left in [*joint.findall("mimic"), *joint.findall("limit")]:
-            joint.remove(left)
         return
     if kind == "continuous":
         ends = f"give it ends [rad] in the hand's file, limits: {{{name}: [lower, upper]}}"

@@ -49,6 +49,21 @@ def read_mjcf(file: Path, root: str | None) -> ElementTree.Element:
     return robot
 
 
+def mjcf_bones(file: Path) -> tuple[list[str], dict[str, tuple[str, str, bool]]]:
+    """The bodies of an MJCF, with the world, and by joint its parent, its child and whether it moves.
+
+    A body with several joints hangs on the last one.
+    """
+    _, model = compiled(file)
+    names = [_name(model.body(body), "body") for body in range(model.nbody)]
+    joints = {}
+    for body in range(1, model.nbody):
+        moved = _joints(model, body)
+        name = _name(model.joint(moved[-1]), "joint") if moved else f"{names[body]}_fixed"
+        joints[name] = names[model.body_parentid[body]], names[body], bool(moved)
+    return names, joints
+
+
 def _root(model: Any, root: str | None) -> int:
     """The number of the body with this name; of the only one in the world if it is None."""
     names = {_name(model.body(i), "body"): i for i in range(model.nbody)}

@@ -1,5 +1,6 @@
 """An MJCF as MuJoCo reads and compiles it."""
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,14 @@ from sgnlp.base.errors import InputError, NotInstalledError
 
 CORNERS, FACES = np.vstack([np.zeros(3), np.eye(3)]), np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 """A tetrahedron."""
+TURN = 2 * np.pi
+"""A hand has a hinge that turns by more degrees than this."""
+REMEDIES = {
+    "unrecognized attribute": "; MuJoCo no longer has it: delete it in the file",
+    "could not find decoder": "; let the name of the file end in .xml",
+    "unknown default class": "; it may be a part of another file: give the one that includes it",
+}
+"""What to do about an error of MuJoCo, by words in it."""
 
 
 def compiled(file: Path) -> tuple[Any, Any]:
@@ -25,7 +34,8 @@ def compiled(file: Path) -> tuple[Any, Any]:
         command = "pip install 'sgnlp[sim]'"
         raise NotInstalledError(f"it is an MJCF, which MuJoCo reads: {command}", command) from None
     try:
-        spec = mujoco.MjSpec.from_file(str(file))
+        spec = mujoco.MjSpec.from_file(os.path.abspath(file))  # the paths of its meshes begin with it
+        spec.compiler.degree = spec.compiler.degree and not _in_radians(spec)
         light = spec.copy()
         light.compiler.fusestatic, light.compiler.discardvisual = False, False
         needed = _needed(light)
@@ -35,7 +45,20 @@ def compiled(file: Path) -> tuple[Any, Any]:
                 mesh.uservert, mesh.userface = CORNERS.ravel(), FACES.ravel()
         return spec, light.compile()
     except (ValueError, RuntimeError) as error:
-        raise InputError(f"MuJoCo cannot read it: {' '.join(str(error).split())}") from None
+        told = " ".join(str(error).split())
+        remedy = next((remedy for words, remedy in REMEDIES.items() if words in told), "")
+        raise InputError(f"MuJoCo cannot read it: {told}{remedy}") from None
+
+
+def _in_radians(spec: Any) -> bool:
+    """Whether all ranges of the hinges are so small that they can be no degrees.
+
+    MuJoCo reads degrees where a file names no unit. Parts that a larger file includes, which does, are in radians.
+    """
+    import mujoco
+
+    hinges = [joint.range for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_HINGE and np.any(joint.range)]
+    return bool(hinges) and float(np.abs(hinges).max()) <= TURN
 
 
 def _needed(spec: Any) -> set[str]:

@@ -65,8 +65,8 @@ class Body:
         return np.array([ball.centre for _, ball in self.balls])
 
 
-def body(skeleton: Skeleton, chains: Sequence[Chain]) -> Body:
-    """The pads of the fingers, and spheres for every link that has meshes.
+def body(skeleton: Skeleton, chains: Sequence[Chain], known: dict[bytes, Cover]) -> Body:
+    """The pads of the fingers, and spheres for every link that has meshes; covers in `known` are used again.
 
     Raises:
         InputError: a mesh cannot be read, or cannot be covered.
@@ -75,7 +75,6 @@ def body(skeleton: Skeleton, chains: Sequence[Chain]) -> Body:
     pads = tuple(pad(skeleton, chain, end) for chain, end in zip(chains, found, strict=True))
     at_end = {chain.end: one for chain, one in zip(chains, pads, strict=True)}
     covers: dict[int, Cover] = {}
-    known: dict[bytes, Cover] = {}
     for joint in range(skeleton.model.njoints):
         if not len(skin := skeleton.skin(joint)):
             continue

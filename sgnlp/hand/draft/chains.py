@@ -28,6 +28,11 @@ WORDS = {
 """The middle finger last, since its word also names a phalanx of each finger."""
 
 
+LONGEST = 0.4
+"""Length of a finger from its first joint to its last [m] that is not believed: an arm has twice as much, and large
+fingers, as the TriFinger's, have less."""
+
+
 @dataclass(frozen=True)
 class Chain:
     """A finger: its tip's link, and the joints of the model that move it but not the whole hand, root first."""
@@ -60,11 +65,23 @@ def chains(skeleton: Skeleton, tips: Sequence[str] = ()) -> list[Chain]:
     lines = [skeleton.line(end) for end in ends]
     shared = set(lines[0]).intersection(*lines[1:])
     own = [tuple(joint for joint in line if joint not in shared) for line in lines]
+    _check_length(skeleton, own)
     names = [_word(skeleton, tip, line) for tip, line in zip(links, own, strict=True)]
     twice = {name for name, count in Counter(names).items() if count > 1}
     return [
         Chain(None if name in twice else name, tip, line) for name, tip, line in zip(names, links, own, strict=True)
     ]
+
+
+def _check_length(skeleton: Skeleton, lines: Sequence[Sequence[int]]) -> None:
+    """Refuse the arms and legs of a robot whose hands have fewer than three fingers."""
+    bones = [[np.linalg.norm(skeleton.model.jointPlacements[j].translation) for j in line[1:]] for line in lines]
+    length = float(np.median([sum(one) for one in bones]))
+    if length > LONGEST:
+        raise InputError(
+            f"the chains of joints below '{skeleton.root}' are {length:.2f} m long: these are no fingers but arms or "
+            f"legs; choose the palm of a hand with {MIN_FINGERS} fingers or more by --palm"
+        )
 
 
 def _tip(skeleton: Skeleton, end: int) -> str:

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from sgnlp.hand.description import Changes, description
+from sgnlp.hand.description.bones import bones
 from sgnlp.hand.description.endless import endless
 from sgnlp.hand.draft import body, chains, order, pairs, palm, reference, strength, wrist
+from sgnlp.hand.draft.covers import Cover
 from sgnlp.hand.draft.skeleton import Skeleton
 from sgnlp.hand.model import joint_model
 
@@ -39,21 +41,30 @@ class Draft:
         return str(self.body.skeleton.model.name) or self.file.stem
 
 
-def draft(file: Path, root: str | None = None, tips: Sequence[str] = (), mirror: bool = False) -> Draft:
+def draft(
+    file: Path,
+    root: str | None = None,
+    tips: Sequence[str] = (),
+    mirror: bool = False,
+    couple: Sequence[tuple[str, str, float]] = (),
+) -> Draft:
     """A draft of the hand below the link `root`, or below the only one that can be a palm, with fingers to `tips`.
+
+    Each entry of `couple` is a joint, the one that it follows, and the factor.
 
     Raises:
         InputError: the file is no description, or several links or none can be a palm, or there are too few fingers.
     """
-    palm_link = root or palm.palm(_skeleton(file, None, _changes(file, None, mirror=False)))
-    changes = _changes(file, palm_link, mirror)
+    palm_link = root or palm.palm(_bones(file))
+    changes = _changes(file, palm_link, mirror, couple)
     skeleton = _skeleton(file, palm_link, changes)
-    fitted = body.body(skeleton, chains.chains(skeleton, tips))
+    known: dict[bytes, Cover] = {}
+    fitted = body.body(skeleton, chains.chains(skeleton, tips), known)
     fitted, relaxed = order.ordered(fitted, reference.reference(fitted), keep=bool(tips))
     kept, left = order.enough(fitted), tuple[str, ...]()
     if not tips and len(kept) < len(fitted.chains):
         left = tuple(str(chain.name) for i, chain in enumerate(fitted.chains) if i not in kept)
-        fitted = body.body(skeleton, [fitted.chains[i] for i in kept])
+        fitted = body.body(skeleton, [fitted.chains[i] for i in kept], known)
         fitted, relaxed = order.ordered(fitted, reference.reference(fitted), keep=True)
     return Draft(
         file=file,
@@ -69,12 +80,19 @@ def draft(file: Path, root: str | None = None, tips: Sequence[str] = (), mirror:
     )
 
 
-def _changes(file: Path, root: str | None, mirror: bool) -> Changes:
-    """The mirror image, if asked for, and limits for joints without them."""
+def _bones(file: Path) -> Skeleton:
+    """The links and joints of the whole file, of which only the tree matters."""
+    text = bones(file)
+    return Skeleton(file, text, joint_model(text))
+
+
+def _changes(file: Path, root: str, mirror: bool, couple: Sequence[tuple[str, str, float]]) -> Changes:
+    """The mirror image and couplings, if asked for, and limits for joints without them."""
     limits = {name: TURN if turns else SLIDE for name, turns in endless(file, root).items()}
-    return Changes(limits=limits, mirror=mirror)
+    couplings = {joint: (followed, factor, 0.0) for joint, followed, factor in couple}
+    return Changes(limits=limits, couplings=couplings, mirror=mirror)
 
 
-def _skeleton(file: Path, root: str | None, changes: Changes) -> Skeleton:
+def _skeleton(file: Path, root: str, changes: Changes) -> Skeleton:
     text = description(file, root, changes)
     return Skeleton(file, text, joint_model(text))

@@ -50,6 +50,10 @@ def _head(draft: Draft, folder: Path) -> Iterator[str]:
         yield from _note("Guessed: the description gives these joints no ends. Write those of the hand.")
         yield "limits:"
         yield from (f"  {_word(name)}: {_row(ends, ANGLES)}" for name, ends in draft.changes.limits.items())
+    if draft.changes.couplings:
+        yield "couplings:"
+        for name, (other, factor, _) in draft.changes.couplings.items():
+            yield f"  {_word(name)}: {{joint: {_word(other)}, multiplier: {factor:g}, offset: 0}}"
 
 
 def _effort(draft: Draft) -> Iterator[str]:
