@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import fields
 from functools import cache
 from math import isfinite
-from numbers import Integral, Real
+from numbers import Integral
 from types import NoneType, UnionType
 from typing import Annotated, Any, ClassVar, Literal, Self, Union, get_args, get_origin, get_type_hints
 
@@ -19,7 +19,7 @@ POSITIVE: Interval = (5e-324, 1.8e308)
 NOT_NEGATIVE: Interval = (0.0, 1.8e308)
 Positive = Annotated[float, POSITIVE]
 NotNegative = Annotated[float, NOT_NEGATIVE]
-NUMBERS: dict[Any, type] = {float: Real, int: Integral}
+NUMBERS: dict[Any, tuple[type, ...]] = {float: (float, np.floating, Integral), int: (Integral,)}
 WORDS: dict[Any, str] = {
     float: "a number",
     int: "a whole number",
@@ -39,13 +39,10 @@ class Checked:
     def __post_init__(self) -> None:
         """Raise `InputError` naming the first field whose value is not valid."""
         for f in fields(self):  # type: ignore[arg-type]
-            value = getattr(self, f.name)
-            if isinstance(value, np.ndarray | np.generic):
-                value = value.tolist()
-            # JSON has lists instead of tuples
-            object.__setattr__(self, f.name, tuple(value) if isinstance(value, list) else value)
+            value = plain(getattr(self, f.name))
+            object.__setattr__(self, f.name, value)
             if not type(value).__module__.startswith("tyro"):  # the default of a flag that is required
-                self._check(f.name, getattr(self, f.name))
+                self._check(f.name, value)
 
     @classmethod
     def names(cls, name: str) -> tuple[str, ...]:
@@ -85,6 +82,13 @@ class Checked:
         if getattr(self, low) > getattr(self, high):
             names = [f"--{self.section}.{name}".replace("_", "-") for name in (low, high)]
             raise InputError(f"{names[0]} is above {names[1]}: {getattr(self, low):g} > {getattr(self, high):g}")
+
+
+def plain(value: Any) -> Any:
+    """A value with Python's numbers for numpy's, and tuples for lists, which JSON has instead."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    return tuple(map(plain, value)) if type(value) in (list, tuple) else value
 
 
 def require(what: str, value: Any, kind: Any) -> None:

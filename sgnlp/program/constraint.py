@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.base.checked import require, types_of
+from sgnlp.base.checked import plain, require, types_of
 from sgnlp.base.errors import InputError
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.ops import Exact, Ops
@@ -140,6 +140,7 @@ class Constraint:
     def __post_init__(self) -> None:
         """Resolve the unit and the tolerance."""
         for name, kind in types_of(Constraint).items():
+            object.__setattr__(self, name, plain(getattr(self, name)))
             require(f"{name} of constraint '{self.name}'", getattr(self, name), kind)
         if not self.lower <= self.upper:
             raise InputError(f"constraint '{self.name}' has the bounds {self.lower:g} to {self.upper:g}")

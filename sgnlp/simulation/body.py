@@ -42,6 +42,6 @@ def true_body(observation: Observation) -> Body:
     """The true surface that comes with an observation; raises `InputError` if there is none."""
     if observation.mesh_vertices is None or observation.mesh_faces is None:
         rule = "its file needs mesh_vertices and mesh_faces"
-        other = "without it, --estimated takes the surface of the plan (in Python: `sgnlp.simulation.estimated`)"
+        other = "without it, --estimated takes the surface of the plan (`from sgnlp.simulation import estimated`)"
         raise InputError(f"'{observation.name}' has no true surface: {rule}; {other}")
     return body(observation.mesh_vertices, observation.mesh_faces, observation.table_height, observation.name)

@@ -1,6 +1,7 @@
 """Presets, their variants, and what settings refuse."""
 
 from dataclasses import fields, replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -93,6 +94,7 @@ def test_each_number_of_a_vector_must_be_finite(field, number):
         (Contact, "mass", "0.3", "--contact.mass must be a number, not '0.3'"),
         (Contact, "mass", [0.3], r"--contact.mass must be a number, not \(0.3,\)"),
         (Contact, "mass", None, "--contact.mass must be a number, not None"),
+        (Contact, "mass", Fraction(1, 2), r"--contact.mass must be a number, not Fraction\(1, 2\)"),
         (Contact, "friction", True, "--contact.friction must be a number, not True"),
         (Contact, "samples", 10.0, "--contact.samples must be a whole number, not 10.0"),
         (Contact, "pad", 1, "--contact.pad must be True or False, not 1"),
@@ -110,6 +112,8 @@ def test_a_setting_of_another_kind_is_refused_with_its_name_its_value_and_what_i
 
 
 def test_whole_numbers_numpys_numbers_and_lists_of_json_are_taken_as_plain_ones():
-    made = Contact(mass=np.float32(0.5), samples=np.int64(7), friction=1, rotation=[0, 0, 1], displacement=np.zeros(3))
+    rotation = [np.float32(0), np.int64(0), 1]
+    made = Contact(mass=np.float32(0.5), samples=np.int64(7), friction=1, rotation=rotation, displacement=np.zeros(3))
     assert made == Contact(mass=0.5, samples=7, friction=1.0, rotation=(0.0, 0.0, 1.0), displacement=(0.0, 0.0, 0.0))
     assert {type(made.mass), type(made.samples), type(made.displacement)} == {float, int, tuple}
+    assert [type(part) for part in made.rotation] == [float, int, int]  # JSON takes no numbers of numpy

@@ -1,6 +1,7 @@
 """A hand's file drafted from a description: on made-up hands with known answers, and on the package's own."""
 
 import itertools
+from math import nan
 from pathlib import Path
 
 import numpy as np
@@ -466,6 +467,10 @@ def test_joints_that_one_motor_moves_are_coupled_in_the_file(tmp_path: Path):
     assert {(mimic.name, mimic.multiplier) for mimic in mimics(hand.model)} == {(one[0], 0.5) for one in couple}
     with pytest.raises(InputError, match="unknown joint in couplings 'f9_bend'"):
         draft(tmp_path / "radial.urdf", couple=[("f9_bend", "f0_flex", 1.0)])
+    with pytest.raises(InputError, match="twice"):
+        draft(tmp_path / "radial.urdf", couple=[*couple, ("f0_bend", "f1_flex", 1.0)])
+    with pytest.raises(InputError, match="finite factor for 'f0_bend', not nan"):
+        draft(tmp_path / "radial.urdf", couple=[("f0_bend", "f0_flex", nan)])
 
 
 def test_the_same_description_gives_the_same_draft(radial_draft: Draft, tmp_path: Path):

@@ -497,11 +497,19 @@ def test_every_built_in_constraint_pickles_and_has_a_key_of_its_own():
     assert len({replace(base, constraints=(c,)).key for c in (*ALL.values(), swapped)}) == len(ALL) + 1
 
 
+def test_the_numbers_of_numpy_are_plain_ones_in_a_constraint():
+    made = Constraint(
+        "level", ALL["contact"].value, upper=np.array(1.0), lower=np.float32(0.5), always=np.bool_(True), unit=""
+    )
+    assert (made.upper, made.lower, made.always) == (1.0, 0.5, True)
+    assert {type(made.upper), type(made.lower), type(made.always)} == {float, bool}
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [
         ({"lower": "0"}, "lower of constraint 'own' must be a number, not '0'"),
-        ({"upper": np.zeros((2, 3))}, r"upper of constraint 'own' must be a number, not array\(\[\[0"),
+        ({"upper": np.zeros((2, 3))}, r"upper of constraint 'own' must be a number, not \(\(0"),
         ({"lower": None, "upper": None}, "lower of constraint 'own' must be a number, not None"),
         ({"lower": True}, "lower of constraint 'own' must be a number, not True"),
         ({"unit": None}, "unit of constraint 'own' must be of Unit or a text, not None"),

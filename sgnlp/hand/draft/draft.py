@@ -2,8 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 
+from sgnlp.base.errors import InputError
 from sgnlp.hand.description import Changes, description
 from sgnlp.hand.description.bones import bones
 from sgnlp.hand.description.endless import endless
@@ -90,6 +92,11 @@ def _changes(file: Path, root: str, mirror: bool, couple: Sequence[tuple[str, st
     """The mirror image and couplings, if asked for, and limits for joints without them."""
     limits = {name: TURN if turns else SLIDE for name, turns in endless(file, root).items()}
     couplings = {joint: (followed, factor, 0.0) for joint, followed, factor in couple}
+    if len(couplings) < len(couple):
+        raise InputError("--couple names a joint twice as the one that follows; it can follow only one")
+    for joint, (_, factor, _) in couplings.items():
+        if not isfinite(factor):
+            raise InputError(f"--couple needs a finite factor for '{joint}', not {factor}")
     return Changes(limits=limits, couplings=couplings, mirror=mirror)
 
 

@@ -67,7 +67,8 @@ class Controller {
     if (joints.size() != own() || speeds.size() != own())
       throw std::invalid_argument("sgnlp: joints and speeds must be " + std::to_string(own()) + " numbers");
     if (!(std::abs(wrist.norm() - 1.0) <= norm_off))
-      throw std::invalid_argument("sgnlp: the wrist's quaternion must have norm 1, not " + std::to_string(wrist.norm()));
+      throw std::invalid_argument("sgnlp: the wrist's quaternion must have norm 1, not " +
+                                  std::to_string(wrist.norm()));
     place(joints);
     setpoints(time);
     if (position_)
