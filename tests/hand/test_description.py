@@ -13,6 +13,7 @@ from hands import BENT, THREE, changed
 from sgnlp.base.errors import InputError
 from sgnlp.hand.description import UNCHANGED, Changes, description
 from sgnlp.hand.description.bones import bones
+from sgnlp.hand.description.mjcf_file import assumed_radians
 from sgnlp.hand.description.source import packaged
 from sgnlp.hand.draft.palm import candidates
 from sgnlp.hand.draft.skeleton import Skeleton
@@ -214,6 +215,7 @@ def test_an_mjcf_whose_hinges_all_turn_by_less_than_seven_is_in_radians(tmp_path
     for upper, unit in (("3.1416", 1.0), ("90", np.pi / 180)):
         file.write_text(body.replace("UPPER", upper), encoding="utf-8")
         model = joint_model(description(file))
+        assert assumed_radians(file) == (unit == 1.0)
         np.testing.assert_allclose(model.upperPositionLimit, float(upper) * unit)
         np.testing.assert_allclose(pin.rpy.matrixToRpy(model.jointPlacements[1].rotation), [0, 0, 0.5 * unit])
 

@@ -1,6 +1,7 @@
 """A hand's file drafted from a description: on made-up hands with known answers, and on the package's own."""
 
 import itertools
+from dataclasses import replace
 from math import nan
 from pathlib import Path
 
@@ -460,9 +461,12 @@ def test_joints_that_mimic_others_have_no_angle_of_their_own(tmp_path: Path):
     assert hand.joint_names == ("f0_flex", "f1_flex", "f2_flex")
 
 
-def test_joints_that_one_motor_moves_are_coupled_in_the_file(tmp_path: Path):
+def test_joints_that_one_motor_moves_and_guessed_radians_stand_in_the_file(tmp_path: Path):
     couple = [(f"f{i}_bend", f"f{i}_flex", 0.5) for i in range(3)]
-    hand = written(draft(bare(radial(tmp_path)), couple=couple), tmp_path)
+    drafted = draft(bare(radial(tmp_path)), couple=couple)
+    assert "radians" not in text(drafted, tmp_path)
+    assert "Guessed: its angles are radians" in text(replace(drafted, radians=True), tmp_path)
+    hand = written(drafted, tmp_path)
     assert hand.joint_names == ("f0_flex", "f1_flex", "f2_flex")
     assert {(mimic.name, mimic.multiplier) for mimic in mimics(hand.model)} == {(one[0], 0.5) for one in couple}
     with pytest.raises(InputError, match="unknown joint in couplings 'f9_bend'"):

@@ -29,13 +29,8 @@ def compiled(file: Path) -> tuple[Any, Any]:
         InputError: MuJoCo is not installed, or cannot read the file.
     """
     try:
-        import mujoco
-    except ImportError:
-        command = "pip install 'sgnlp[sim]'"
-        raise NotInstalledError(f"it is an MJCF, which MuJoCo reads: {command}", command) from None
-    try:
-        spec = mujoco.MjSpec.from_file(os.path.abspath(file))  # the paths of its meshes begin with it
-        spec.compiler.degree = spec.compiler.degree and not _in_radians(spec)
+        spec = _read(file)
+        spec.compiler.degree = spec.compiler.degree and not _small(spec)
         light = spec.copy()
         light.compiler.fusestatic, light.compiler.discardvisual = False, False
         needed = _needed(light)
@@ -50,11 +45,26 @@ def compiled(file: Path) -> tuple[Any, Any]:
         raise InputError(f"MuJoCo cannot read it: {told}{remedy}") from None
 
 
-def _in_radians(spec: Any) -> bool:
-    """Whether all ranges of the hinges are so small that they can be no degrees.
+def assumed_radians(file: Path) -> bool:
+    """Whether `compiled` takes the angles of an MJCF as radians, although it says degrees or names no unit.
 
     MuJoCo reads degrees where a file names no unit. Parts that a larger file includes, which does, are in radians.
     """
+    spec = _read(file)
+    return bool(spec.compiler.degree) and _small(spec)
+
+
+def _read(file: Path) -> Any:
+    try:
+        import mujoco
+    except ImportError:
+        command = "pip install 'sgnlp[sim]'"
+        raise NotInstalledError(f"it is an MJCF, which MuJoCo reads: {command}", command) from None
+    return mujoco.MjSpec.from_file(os.path.abspath(file))  # the paths of its meshes begin with it
+
+
+def _small(spec: Any) -> bool:
+    """Whether all ranges of the hinges are so small that they can be no degrees."""
     import mujoco
 
     hinges = [joint.range for joint in spec.joints if joint.type == mujoco.mjtJoint.mjJNT_HINGE and np.any(joint.range)]

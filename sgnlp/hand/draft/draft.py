@@ -9,6 +9,8 @@ from sgnlp.base.errors import InputError
 from sgnlp.hand.description import Changes, description
 from sgnlp.hand.description.bones import bones
 from sgnlp.hand.description.endless import endless
+from sgnlp.hand.description.mjcf_file import assumed_radians
+from sgnlp.hand.description.xml_file import read_xml
 from sgnlp.hand.draft import body, chains, order, pairs, palm, reference, strength, wrist
 from sgnlp.hand.draft.covers import Cover
 from sgnlp.hand.draft.skeleton import Skeleton
@@ -36,6 +38,8 @@ class Draft:
     """Fingers that are left out because they have too few joints to touch an object together with the others."""
     searched: bool
     """Whether the palm was guessed."""
+    radians: bool
+    """Whether the angles of an MJCF were taken as radians, although it does not say so."""
 
     @property
     def name(self) -> str:
@@ -79,6 +83,7 @@ def draft(
         ordered=not tips,
         left=left,
         searched=root is None,
+        radians=read_xml(file).tag == "mujoco" and assumed_radians(file),
     )
 
 

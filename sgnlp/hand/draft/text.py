@@ -41,6 +41,8 @@ def _head(draft: Draft, folder: Path) -> Iterator[str]:
         yield f"urdf: {_word(place)}"
     else:
         yield from ("urdf:", *(f"  {key}: {_word(value)}" for key, value in place.items()))
+    if draft.radians:
+        yield from _note("Guessed: its angles are radians, since no hinge turns by more than 6.28; it does not say so.")
     if draft.searched:
         yield from _note("Guessed: the deepest link from which three or more chains of moving joints branch off.")
     yield f"root: {_word(draft.body.skeleton.root)}"
