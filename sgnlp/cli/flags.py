@@ -51,10 +51,6 @@ class Planning(Checked):
         """The hand, on its arm if there is one."""
         return load_hand(self.hand, self.settings.spheres, self.arm, self.arm_base)
 
-    def _check(self, name: str, value: Any) -> None:
-        if value is not tyro.MISSING:  # the default of what is required
-            super()._check(name, value)
-
 
 @dataclass(kw_only=True)
 class Extending:

@@ -74,7 +74,7 @@ class Simulate:
             drawable()
         grasps, hand = reopen.opened(self.folder, self.hand)
         source = reopen.source(grasps, self.folder, self.object)
-        seen = self._seen(grasps, source)
+        seen = self._estimated(grasps, hand) if self.estimated else self._true(grasps, source)
         thing, ranks, (settings, load_words) = true_body(seen), self._ranks(grasps), self._loaded(grasps, seen)
         around, outcomes = self._obstacles(grasps, seen), []
         with bars(console) as bar:
@@ -92,21 +92,25 @@ class Simulate:
         console.print(f"written: {folder / SIMULATION}", soft_wrap=True)
         if self.pictures:
             told = prepared(command(grasps, 0), hand, settings, self._motion(grasps, hand, 0))
-            shown = scene(told, thing, settings, outcomes[0], f"{thing.name}, grasp 0", around)
+            title = f"{thing.name}, estimated, grasp 0" if self.estimated else f"{thing.name}, grasp 0"
+            shown = scene(told, thing, settings, outcomes[0], title, around)
             drawn = {PICTURE.format(phase): picture(shown, i, 0) for i, phase in enumerate(ends(outcomes[0].trace))}
             results.write_files(folder, dict.fromkeys(map(PICTURE.format, PHASES)) | drawn)
             console.print(f"written: {', '.join(str(folder / name) for name in drawn)}", soft_wrap=True)
         return codes.FEASIBLE if any(outcome.score == 1 for outcome in outcomes) else codes.NONE_FEASIBLE
 
-    def _seen(self, grasps: Grasps, source: Path) -> Observation:
-        """The object, from its file or as the plan estimated it."""
-        if self.estimated:
-            if self.object or self.true_load:
-                raise InputError("--estimated takes neither --object nor --true-load: both need what is true")
-            found = reopen.reopen(self.folder, hand=self.hand)
-            if found.cloud is None or found.problem is None:
-                raise InputError(f"--estimated needs the surface of the plan: {found.missing}")
-            return estimated(found.cloud, found.problem)
+    def _estimated(self, grasps: Grasps, hand: Hand) -> Observation:
+        """The object as the plan estimated it."""
+        if self.object or self.true_load:
+            raise InputError("--estimated takes neither --object nor --true-load: both need what is true")
+        try:
+            cloud = reopen.observation(grasps, self.folder)
+            return estimated(cloud, reopen.problem(grasps, cloud, hand))
+        except InputError as error:
+            raise error.within("--estimated needs the surface of the plan") from None
+
+    def _true(self, grasps: Grasps, source: Path) -> Observation:
+        """The object with its true surface, from its file."""
         reading = PLAIN if self.object else reopen.reading(grasps.meta)
         return load(source, Reading(scale=self.scale, key=reading.key, up=reading.up, pose=reading.pose))
 

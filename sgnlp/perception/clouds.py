@@ -114,13 +114,13 @@ def checked_pose(value: object, name: str = "pose") -> Array:
     turn = np.abs(R.T @ R / size**2 - np.eye(3)).max() < ROTATION_SLACK
     if turn and np.array_equal(pose[:, 3], [0, 0, 0, 1]) and pose[3, :3].any():
         raise InputError(f"the {name} is transposed: its translation belongs into the last column; give it by rows")
-    faults = {
-        "": not (turn and np.array_equal(pose[3], [0, 0, 0, 1])),
-        f"; this one scales by {size:.4g}": abs(size - 1) >= ROTATION_SLACK / 2,
-        "; this one mirrors, its determinant is -1": volume < 0,
-    }
-    for fault in (fault for fault, there in faults.items() if there):
-        raise InputError(f"the {name} must be [[R, t], [0 0 0 1]] with a rotation matrix R, camera to world{fault}")
+    rule = f"the {name} must be [[R, t], [0 0 0 1]] with a rotation matrix R, camera to world"
+    if not (turn and np.array_equal(pose[3], [0, 0, 0, 1])):
+        raise InputError(rule)
+    if abs(size - 1) >= ROTATION_SLACK / 2:
+        raise InputError(f"{rule}; this one scales by {size:.4g}")
+    if volume < 0:
+        raise InputError(f"{rule}; this one mirrors, its determinant is -1")
     return pose
 
 

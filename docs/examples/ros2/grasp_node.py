@@ -19,7 +19,7 @@ from std_srvs.srv import Trigger
 
 import sgnlp
 from sgnlp.control import Controller, Law, command
-from sgnlp.hand.kinematics import NORM_OFF
+from sgnlp.control.command import check_unit
 
 
 class GraspNode(Node):
@@ -49,9 +49,12 @@ class GraspNode(Node):
         """Where the hand's root link is in the world: which way is down."""
         p, q = message.pose.position, message.pose.orientation
         wrist = np.array([p.x, p.y, p.z, q.x, q.y, q.z, q.w])
-        blank = wrist.tolist() == [0, 0, 0, 0, 0, 0, 1] and not message.header.frame_id
-        if blank or not abs(np.linalg.norm(wrist[3:]) - 1) <= NORM_OFF:
-            self.get_logger().error(f"left out a wrist that is empty or has no unit quaternion: {wrist.tolist()}")
+        try:
+            if wrist.tolist() == [0, 0, 0, 0, 0, 0, 1] and not message.header.frame_id:
+                raise sgnlp.InputError("nobody filled it in")
+            check_unit(wrist, "the wrist")
+        except sgnlp.InputError as error:
+            self.get_logger().error(f"left out a wrist: {error}")
             return
         self.wrist = wrist
 

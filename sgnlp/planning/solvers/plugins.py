@@ -28,7 +28,7 @@ LEAST_OF_SLEQP = 1e-6
 """SLEQP's default tolerance; with a smaller one it may never end."""
 
 
-def plain(nlp: NlpInstance) -> Options:
+def defaults(nlp: NlpInstance) -> Options:
     """The plugin's defaults."""
     return {}
 
@@ -39,7 +39,7 @@ class Plugin(CasadiSolver):
 
     name: str = ""
     plugin: str = field(default="", repr=False)
-    options: Callable[[NlpInstance], Options] = field(default=plain, repr=False)
+    options: Callable[[NlpInstance], Options] = field(default=defaults, repr=False)
 
     def solve(self, nlp: NlpInstance, x: Array) -> Answer:
         """Solve with exact derivatives, without the output of the library."""
