@@ -18,6 +18,7 @@ from .planning.additions import constraints as constraints
 from .planning.additions import terms as terms
 from .planning.extension import extension as extension
 from .planning.grasps import Grasps as Grasps
+from .planning.improve import improve as improve
 from .planning.motion.files import load_trajectory as load_trajectory
 from .planning.motion.trajectory import Trajectory as Trajectory
 from .planning.plan import Plan as Plan
@@ -26,7 +27,6 @@ from .planning.replan import replan as replan
 from .planning.results import load_grasps as load_grasps
 from .planning.shape_files import load_shapes as load_shapes
 from .planning.shape_files import painted as painted
-from .planning.solve import improve as improve
 from .planning.solve import solve as solve
 from .planning.solvers.ipopt import Ipopt as Ipopt
 from .planning.solvers.solver import Answer as Answer

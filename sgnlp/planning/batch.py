@@ -217,5 +217,12 @@ def _known(folder: Path, expected: dict[str, Any], digest: tuple[str] | str) -> 
         return None
     if len(grasps) == grasps.meta.get("tried"):  # no start was stopped, so that their limits do not matter
         expected = {key: value for key, value in expected.items() if key not in LIMITS}
-    same = all(grasps.meta.get(key) == value for key, value in expected.items())
+    same = all(_asked(key, grasps.meta.get(key)) == _asked(key, value) for key, value in expected.items())
     return grasps if same and len(grasps) else None
+
+
+def _asked(key: str, value: Any) -> Any:
+    """What was asked for: the settings without what a plan sets by itself."""
+    if key != "settings" or not isinstance(value, dict):
+        return value
+    return value | {"limits": {k: v for k, v in value.get("limits", {}).items() if k != "widened"}}

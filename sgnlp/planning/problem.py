@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pinocchio import exp3
 
 from sgnlp.base.errors import InputError
-from sgnlp.base.settings import Settings
+from sgnlp.base.settings import Limits, Settings
 from sgnlp.base.threads import one_thread
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.clutter import upright_box
@@ -213,12 +213,23 @@ def build_problem(
         table_height=observation.table_height,
         com=com,
         terms=additions.all_terms(settings, around),
-        constraints=additions.all_constraints(settings if gpis.free_space else _with_reserve(settings), around),
+        constraints=_constraints(settings, gpis, additions, around),
         formulation=additions.chosen(settings),
         thing=upright_box(observation.points, observation.table_height, "object"),
         surroundings=surroundings,
         additions=additions,
     )
+
+
+def with_limits(problem: Problem, limits: Limits) -> Problem:
+    """The same problem with other limits."""
+    settings = replace(problem.settings, limits=limits)
+    constraints = _constraints(settings, problem.gpis, problem.additions, problem.around)
+    return replace(problem, settings=settings, constraints=constraints)
+
+
+def _constraints(settings: Settings, gpis: Gpis, additions: Additions, around: Around) -> tuple[Constraint, ...]:
+    return additions.all_constraints(settings if gpis.free_space else _with_reserve(settings), around)
 
 
 def _known(observation: Observation, settings: Settings, seed: int, additions: Additions, box: Array) -> Known:

@@ -1,13 +1,11 @@
 """Plan grasps: from an observation to ranked solutions."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from math import inf
 
 from sgnlp.base.arrays import Array
-from sgnlp.base.errors import InputError
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand, load_hand
@@ -15,13 +13,12 @@ from sgnlp.perception.observation import Observation
 from sgnlp.perception.shape import Shape
 from sgnlp.planning import arguments
 from sgnlp.planning.additions import Additions
-from sgnlp.planning.ending import ENOUGH, LEFT, ROUNDS, Ending, hopeful
+from sgnlp.planning.ending import ROUNDS, Ending
 from sgnlp.planning.extension import Extension
-from sgnlp.planning.faraway import moved_cloud, moved_hand, moved_problem, origin
+from sgnlp.planning.faraway import moved_cloud, moved_hand, origin
 from sgnlp.planning.plan import Plan
-from sgnlp.planning.pool import Failure
 from sgnlp.planning.problem import Problem, build_problem
-from sgnlp.planning.reach import OUT_OF_REACH
+from sgnlp.planning.rounds import in_rounds
 from sgnlp.planning.search import Found, Result, Search
 from sgnlp.planning.solvers import settled, solver_named
 from sgnlp.planning.solvers.solver import Solver
@@ -161,64 +158,6 @@ def searched(
     fitted, deadline = time.perf_counter(), asked.ending.deadline
     search.agree()
     until = inf if deadline is None else begin + deadline
-    search, results = _rounds(search, asked.ending, until, progress)
+    search, results = in_rounds(search, asked.ending, until, progress)
     seconds = {"fit": fitted - begin, "solve": time.perf_counter() - fitted}
     return asked.plan(observation, search.found(results), seconds, solver)
-
-
-def _rounds(
-    search: Search, ending: Ending, until: float, progress: Callable[[Result], None]
-) -> tuple[Search, list[Result]]:
-    """The search with the starts of all rounds that were needed, and the result of each."""
-    results: list[Result] = []
-    for total in ending.totals(search.count):
-        search = replace(search, count=total)
-        with closing(search.results({result.start for result in results}, until)) as ended:
-            for result in ended:
-                progress(result)
-                results.append(result)
-                if kept := ending.kept(results, search.order):
-                    return search, kept
-        if not hopeful(results) or time.perf_counter() >= until:
-            break
-    return search, results
-
-
-def improve(plan: Plan, count: int = 0) -> Iterator[Plan]:
-    """Go on with the starts that a plan left out, yielding a better plan whenever one of them ends.
-
-    Leaving the iteration ends the processes. The last plan is the one that `solve` gives without `first` and
-    `deadline`.
-
-    Args:
-        plan: of `sgnlp.solve`, that ended with its `first` grasps or at its `deadline`.
-        count: number of starts in all, if it is more than the plan has tried.
-
-    Raises:
-        InputError: `count` is negative.
-    """
-    if count < 0:
-        raise InputError(f"count {count} must not be negative")
-    begin, middle = time.perf_counter() - plan.seconds["solve"], origin(plan.observation)
-    far, begun, count = bool(middle.any()), max(count, plan.tried), max(count, plan.count)
-    problem = moved_problem(plan.problem, -middle) if far else plan.problem
-    cloud = moved_cloud(plan.observation, -middle) if far else plan.observation
-    known: list[Result] = [*plan.solutions]
-    known += [f for f in plan.failures if f.reason not in (*LEFT, OUT_OF_REACH)]
-    reasons = {f.start: f.reason for f in plan.failures if f.reason in LEFT}
-    results: list[Result] = []
-    for total in [begun, *(more for more in plan.ending.totals(count) if more > begun)]:
-        search = Search(problem, cloud, middle, plan.solver, total, plan.seed, plan.jobs, plan.timeout)
-        done = {result.start for result in (*known, *results)}
-        left = {index: reasons.get(index, ENOUGH) for index in search.order if index not in done}
-        with closing(search.results(done)) as ended:
-            for result in ended:
-                results.append(result)
-                del left[result.start]
-                waiting = [Failure(index, reason) for index, reason in left.items()]
-                _, solutions, failures = search.found(results, [*known, *waiting])
-                seconds = plan.seconds | {"solve": time.perf_counter() - begin}
-                now = replace(plan, solutions=solutions, failures=failures, seconds=seconds, count=count)
-                yield replace(now, ending=plan.ending if left else Ending(rounds=plan.ending.rounds))
-        if not hopeful((*known, *results)):
-            return

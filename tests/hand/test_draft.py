@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from described import DISTAL, RADIUS, finger, radial, row
+from described import DISTAL, PROXIMAL, RADIUS, finger, radial, row
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.distance import cdist
@@ -18,17 +18,19 @@ from sgnlp.cli import draft_hand, run
 from sgnlp.hand import geometry
 from sgnlp.hand.check import examine
 from sgnlp.hand.draft import pairs as pairs_module
-from sgnlp.hand.draft.body import Body
+from sgnlp.hand.draft.body import Body, body
 from sgnlp.hand.draft.chains import chains
 from sgnlp.hand.draft.closing import ends, sense
 from sgnlp.hand.draft.covers import OUTSIDE, cover
 from sgnlp.hand.draft.draft import Draft, _bones, draft
-from sgnlp.hand.draft.order import enough
+from sgnlp.hand.draft.order import enough, ordered
 from sgnlp.hand.draft.pads import Pad, pad
 from sgnlp.hand.draft.palm import candidates
+from sgnlp.hand.draft.reference import Reference, finger_length, reference
 from sgnlp.hand.draft.set_cover import cheapest
 from sgnlp.hand.draft.skeleton import Skeleton, skin_points
 from sgnlp.hand.draft.solids import CELL, Solid
+from sgnlp.hand.draft.strength import FORCE
 from sgnlp.hand.draft.text import text
 from sgnlp.hand.draft.wrist import STARTS, euler_deg
 from sgnlp.hand.hand import Hand, load_hand
@@ -179,23 +181,62 @@ def test_two_tips_on_one_link_are_refused(tmp_path: Path):
         draft(radial(tmp_path), tips=("f0_distal", "f1_distal", "f1_distal"))
 
 
+def in_order(file: Path) -> tuple[Body, Reference]:
+    """All fingers of a description in their order."""
+    tree = skeleton(file)
+    fingers = body(tree, chains(tree), {})
+    return ordered(fingers, reference(fingers))
+
+
 def test_a_row_of_fingers_begins_beside_the_thumb_and_ends_with_it(row_draft: Draft):
-    assert [chain.name for chain in row_draft.body.chains] == ["index", "middle", "ring", "little", "thumb"]
+    fingers, _ = in_order(row_draft.file)
+    assert [chain.name for chain in fingers.chains] == ["index", "middle", "ring", "little", "thumb"]
 
 
-@pytest.mark.parametrize(("count", "kept"), [(3, 3), (6, 6), (8, 6)])
-def test_fingers_of_two_joints_are_as_many_as_the_six_freedoms_of_the_wrist(tmp_path: Path, count: int, kept: int):
+@pytest.mark.parametrize("count", [3, 6])
+def test_fingers_of_two_joints_are_as_many_as_half_the_freedoms_of_the_wrist(tmp_path: Path, count: int):
     tree = skeleton(radial(tmp_path, count))
-    found = enough(Body(tree, tuple(chains(tree)), (), {}))
-    assert found == [*range(kept - 1), count - 1]
+    assert enough(Body(tree, tuple(chains(tree)), (), {})) == [0, 1, count - 1]
+
+
+def test_the_finger_with_the_fewest_joints_of_its_own_is_left_out_first(tmp_path: Path):
+    tree = skeleton(radial(tmp_path, 4))
+    first, second, third, thumb = chains(tree)
+    one = replace(first, joints=first.joints[:1])
+    assert enough(Body(tree, (one, second, third, thumb), (), {})) == [1, 2, 3]
+    shared = replace(second, joints=(*first.joints[:1], *second.joints[:1]))  # first and second have one each
+    assert enough(Body(tree, (first, shared, third, thumb), (), {})) == [0, 2, 3]
+    long = replace(third, joints=(*third.joints, *second.joints[:1], *first.joints[:1]))
+    assert enough(Body(tree, (one, long, second, thumb), (), {})) == [1, 2, 3]
+
+
+def test_a_joint_that_two_fingers_share_counts_once(tmp_path: Path):
+    tree = skeleton(radial(tmp_path, 5))
+    a, b, c, d, thumb = chains(tree)
+    three = [replace(a, joints=(*a.joints, joint)) for joint in b.joints]  # the two share two of three joints
+    row, short = (*three, replace(c, joints=(*c.joints, d.joints[0]))), replace(thumb, joints=thumb.joints[:1])
+    assert enough(Body(tree, (*row, short), (), {})) == [0, 2, 3]
+
+
+def test_the_efforts_of_a_hand_do_not_depend_on_the_fingers_that_are_left_out(tmp_path: Path):
+    file = bare(radial(tmp_path, 5))
+    first, *fingers = file.read_text(encoding="utf-8").replace('effort="0.5"', 'effort="0"').split(f'"0 0 {PROXIMAL}"')
+    bones = [2 * PROXIMAL, PROXIMAL, 2 * PROXIMAL, 2 * PROXIMAL, PROXIMAL]
+    text = "".join(f'"0 0 {bone}"{finger}' for bone, finger in zip(bones, fingers, strict=True))
+    file.write_text(first + text, encoding="utf-8")
+    made = draft(file)
+    assert len(made.left) == 2
+    whole = body(made.body.skeleton, chains(made.body.skeleton), {})
+    assert made.strength.length == finger_length(whole) > finger_length(made.body) + PROXIMAL / 2
+    assert made.strength.effort == pytest.approx(FORCE * made.strength.length)
 
 
 def test_the_fingers_that_are_left_out_are_told_and_keep_their_spheres(tmp_path: Path):
-    drafted = draft(radial(tmp_path, 7))
-    assert len(drafted.body.chains) == 6
-    assert len(drafted.left) == 1
+    drafted = draft(radial(tmp_path, 6))
+    assert len(drafted.body.chains) == 3
+    assert len(drafted.left) == 3
     hand = written(drafted, tmp_path / "hand")
-    assert f"so few joints {drafted.left[0]} cannot meet" in " ".join(
+    assert f"so few joints {drafted.left[0]}, {drafted.left[1]} and {drafted.left[2]} cannot meet" in " ".join(
         (tmp_path / "hand" / "hand.yaml").read_text("utf-8").split()
     )
     assert any(sphere.link == drafted.left[0] for sphere in hand.spheres)
@@ -204,9 +245,9 @@ def test_the_fingers_that_are_left_out_are_told_and_keep_their_spheres(tmp_path:
 
 
 def test_a_thumb_that_nothing_names_is_the_finger_that_opposes_the_others(tmp_path: Path):
-    drafted = draft(row(tmp_path, words=("a", "b", "c", "d", "e")))
-    assert drafted.body.chains[drafted.reference.thumb].tip == "e_distal"
-    assert [chain.name for chain in drafted.body.chains] == ["index", "middle", "ring", "little", "thumb"]
+    fingers, reference = in_order(row(tmp_path, words=("a", "b", "c", "d", "e")))
+    assert fingers.chains[reference.thumb].tip == "e_distal"
+    assert [chain.name for chain in fingers.chains] == ["index", "middle", "ring", "little", "thumb"]
 
 
 # --- closing and pads ---

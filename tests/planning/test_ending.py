@@ -2,7 +2,6 @@
 
 import time
 from dataclasses import dataclass, replace
-from functools import partial
 from math import inf
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,11 +17,12 @@ from sgnlp.base.errors import InputError, SolverError
 from sgnlp.base.settings import Solver
 from sgnlp.planning.ending import ENOUGH, NEAR, Ending
 from sgnlp.planning.faraway import moved_cloud
+from sgnlp.planning.improve import improve
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.pool import TOO_LATE, Failure, map_starts, solve_start
 from sgnlp.planning.solution import Solution
-from sgnlp.planning.solve import improve, solve
+from sgnlp.planning.solve import solve
 from sgnlp.planning.starts import Start, starts
 from sgnlp.planning.violations import Violation
 
@@ -206,8 +206,9 @@ def test_a_round_follows_only_where_a_start_comes_near(monkeypatch, size, tried)
 
 def test_no_round_begins_after_the_deadline(monkeypatch):
     monkeypatch.setattr("sgnlp.planning.pool.solve_start", Failing(100))
-    times = iter([0.0, 0.0, 2 * FOREVER, 2 * FOREVER])  # it is late when the first round has ended
-    monkeypatch.setattr("sgnlp.planning.solve.time", SimpleNamespace(perf_counter=partial(next, times)))
+    late = SimpleNamespace(perf_counter=lambda: 2 * FOREVER)  # when the first round has ended
+    monkeypatch.setattr("sgnlp.planning.solve.time", SimpleNamespace(perf_counter=lambda: 0.0))
+    monkeypatch.setattr("sgnlp.planning.rounds.time", late)
     plan = solve(observation(), hand(), SMALL, count=1, jobs=1, deadline=FOREVER, rounds=3)
     assert [s.start for s in plan.solutions] == [0]
     assert plan.failures == ()

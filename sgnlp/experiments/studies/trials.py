@@ -83,6 +83,7 @@ class Row:
     torque: float = nan  # the largest over the joint's effort, at the equilibrium
     joints_limited: float = nan  # share of the joints at their effort, at the equilibrium
     rounds: int = 1
+    widened: bool = False  # with wide limits of motion, since no start was feasible with the narrow ones
 
 
 def cases(
@@ -149,14 +150,16 @@ def trial(setup: Setup, file: Path, condition: Condition, views: list[str]) -> l
 
 def told(plan: Plan, condition: Condition, views: list[str]) -> dict[str, Any]:
     """The columns of a row about the plan."""
+    widened = plan.problem.settings.limits.widened
     found = {
         "object": plan.observation.name,
         "condition": condition.name,
         "half": plan.observation.half,
         "views": " ".join(views),
         "starts": plan.count,
-        "feasible": feasible(plan) if plan.rounds == 1 else 0,
+        "feasible": feasible(plan) if plan.rounds == 1 and not widened else 0,
         "rounds": plan.rounds,
+        "widened": widened,
         "seconds": plan.seconds["solve"],
     }
     if plan.best is not None:

@@ -66,6 +66,7 @@ def draft(
     skeleton = _skeleton(file, palm_link, changes)
     known: dict[bytes, Cover] = {}
     fitted = body.body(skeleton, chains.chains(skeleton, tips), known)
+    length = reference.finger_length(fitted)  # the motors are the same whatever fingers are left out
     fitted, relaxed = order.ordered(fitted, reference.reference(fitted), keep=bool(tips))
     kept, left = order.enough(fitted), tuple[str, ...]()
     if not tips and len(kept) < len(fitted.chains):
@@ -78,7 +79,7 @@ def draft(
         body=fitted,
         reference=relaxed,
         wrist=wrist.wrist(fitted, relaxed),
-        strength=strength.strength(fitted, relaxed.thumb),
+        strength=strength.strength(fitted, relaxed.thumb, length),
         pairs=pairs.pairs(fitted, relaxed.joints),
         ordered=not tips,
         left=left,

@@ -1,5 +1,6 @@
 """The order of the fingers, from the thumb's neighbour on and the thumb last, and names for unnamed ones."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
 
@@ -14,23 +15,35 @@ from sgnlp.hand.hand_file import MIN_FINGERS
 ROWS = {4: ("index", "middle", "ring"), 5: ("index", "middle", "ring", "little")}
 """Names of the fingers besides the thumb, by the number of all fingers."""
 
-FREE, WRIST = 3, 6
-"""A tip moved by three joints can reach any point; the six degrees of freedom of the wrist make up for missing
-joints."""
+FREE, WRIST = 3, 3
+"""A tip moved by three joints can reach any point. Half of the wrist's six degrees of freedom may make up for missing
+joints: a hand with five fingers that needed all six found no grasp of 14 tuning problems, and with three of its fingers
+of 11."""
 
 
 def enough(body: Body) -> list[int]:
-    """The fingers that can all touch an object at once: the thumb, which is last in the order, and its neighbours.
+    """The fingers that can all touch an object at once: the thumb, which is last in the order, and others.
 
-    Σ max(3 - n_i, 0) ≤ 6, with n_i the actuated joints of a finger; at least three fingers are kept.
+    Σ max(3 - n_i, 0) ≤ 3, with n_i the actuated joints of a finger that move none before it; at least three fingers are
+    kept. That with the fewest joints of its own is left out first, and of several the farthest from the thumb's
+    neighbour.
     """
-    model, lacks = body.skeleton.model, list[int]()
-    for chain in body.chains:
-        lacks.append(max(FREE - len({model.idx_qs[joint] for joint in chain.joints}), 0))
-    *row, thumb = range(len(lacks))
-    while len(row) >= MIN_FINGERS and sum(lacks[i] for i in (*row, thumb)) > WRIST:
-        row.pop()
-    return [*row, thumb]
+    index = body.skeleton.model.idx_qs
+    joints = [{index[joint] for joint in chain.joints} for chain in body.chains]
+    kept = [*range(len(joints))]
+    while len(kept) > MIN_FINGERS and _lack([joints[i] for i in kept]) > WRIST:
+        own = {i: len(joints[i].difference(*(joints[j] for j in kept if j != i))) for i in kept[:-1]}
+        kept.remove(min(own, key=lambda i: (own[i], -i)))
+    return kept
+
+
+def _lack(fingers: Sequence[set[int]]) -> int:
+    """Σ max(3 - n_i, 0) for the actuated joints of each finger, each counted once."""
+    lack, used = 0, set[int]()
+    for joints in fingers:
+        lack += max(FREE - len(joints - used), 0)
+        used |= joints
+    return lack
 
 
 def ordered(body: Body, reference: Reference, keep: bool = False) -> tuple[Body, Reference]:

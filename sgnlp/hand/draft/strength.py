@@ -6,7 +6,6 @@ import numpy as np
 
 from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.hand.draft.body import Body
-from sgnlp.hand.draft.reference import finger_length
 from sgnlp.hand.findings import MAX_EFFORT
 
 FORCE = 5.0
@@ -25,18 +24,19 @@ class Strength:
 
     effort: Array  # (n,) [N m or N]
     told: BoolArray  # (n,) whether it is from the description
-    force: float  # [N] force of the median finger, stretched
+    length: float  # [m] of the stretched fingers at whose ends the efforts are assumed
+    force: float  # [N] force of the median finger, stretched to that length
     lower: float  # [N/m]
     upper: float  # [N/m]
     initial: tuple[float, ...]  # (m,) [N/m]
 
 
-def strength(body: Body, thumb: int) -> Strength:
+def strength(body: Body, thumb: int, length: float) -> Strength:
     """The description's efforts if they are plausible, else a default; gains in proportion to the force at the tips.
 
-    The thumb's spring is as stiff as those of two fingers, since it opposes all of them.
+    `length` [m] is that of the hand's median finger. The thumb's spring is as stiff as those of two fingers, since it
+    opposes all of them.
     """
-    length = finger_length(body)
     given = np.array(body.skeleton.model.upperEffortLimit)
     told = (given > 0) & (given <= MAX_EFFORT)
     effort = np.where(told, given, FORCE * length)
@@ -49,6 +49,7 @@ def strength(body: Body, thumb: int) -> Strength:
     return Strength(
         effort=effort,
         told=told,
+        length=length,
         force=force,
         lower=lower,
         upper=upper,

@@ -64,7 +64,7 @@ def _effort(draft: Draft) -> Iterator[str]:
         yield from _note("From the description. Compare it with what the motors really give.")
     else:
         lacking = ", ".join(name for name, told in zip(names, strength.told, strict=True) if not told)
-        lever = f"{FORCE:g} N at the end of a stretched finger of {1e3 * finger_length(draft.body):.0f} mm"
+        lever = f"{FORCE:g} N at the end of a stretched finger of {1e3 * draft.strength.length:.0f} mm"
         why = f"the description gives nothing or more than {MAX_EFFORT:g} N m"
         yield from _note(f"Guessed: {lever}, where {why}: {lacking}.")
     if len({round(float(value), ANGLES) for value in strength.effort}) == 1:
@@ -80,7 +80,8 @@ def _fingers(draft: Draft) -> Iterator[str]:
         order = "from the thumb's neighbour on, the thumb last"
         yield from _note(f"Guessed: a finger for each chain of joints below the root, {order}: {thumb}.")
     if draft.left:
-        names = " and ".join(draft.left)
+        *others, last = draft.left
+        names = f"{', '.join(others)} and {last}" if others else last
         few = f"with so few joints {names} cannot meet an object together with the others, so they are no fingers here"
         yield from _note(f"Guessed: {few}. Their links are kept clear of it.")
     yield from _note("Guessed: each pad is the sphere nearest to the skin of the end, on the side that it closes to.")

@@ -26,6 +26,7 @@ OF_CLOUDS: tuple[OfCloud, ...] = (
 )
 OF_PLANS: tuple[OfPlan, ...] = (
     plans.no_feasible,
+    plans.moves,
     plans.stopped,
     plans.unsolved,
     plans.beside,

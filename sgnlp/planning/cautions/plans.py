@@ -7,6 +7,7 @@ import pinocchio as pin
 from scipy.spatial import QhullError, cKDTree
 
 from sgnlp.base.arrays import Array, BoolArray
+from sgnlp.base.settings import Settings
 from sgnlp.planning.additions import is_own
 from sgnlp.planning.cautions.measures import outside
 from sgnlp.planning.cautions.planned import Planned
@@ -15,6 +16,7 @@ from sgnlp.planning.recompute import recompute
 from sgnlp.planning.solution import torque_share
 from sgnlp.planning.starts import starts
 from sgnlp.program.constraints import preset_constraints
+from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.program.terms import preset_terms
 
 FEASIBLE_SHARE = 0.5
@@ -58,6 +60,19 @@ def no_feasible(result: Planned) -> str:
         return f"No start ended feasible: do not carry out what is shown, the least bad grasp.{_obstacles(result)}"
     few = f"Only {count} of {all_} starts ended feasible: the hand hardly reaches this object as it lies."
     return f"{few}{_obstacles(result)}" if count < FEASIBLE_SHARE * all_ else ""
+
+
+def moves(result: Planned) -> str:
+    """The object moves more than it should on its way to the equilibrium, because no other grasp was found."""
+    settings = Settings.restored(result.grasps.meta["settings"])
+    limits, weight = settings.limits, settings.contact.mass * GRAVITY
+    if not limits.widened:
+        return ""
+    (turn, shift), (least, way) = limits.motion(weight), limits.motion(weight, wide=False)
+    return (
+        f"The object may turn by {turn:g}° and move by {1e3 * shift:g} mm while it is grasped: with {least:g}° and "
+        f"{1e3 * way:g} mm no start was feasible. --limits.wide-rotation-deg and --limits.wide-shift set how far."
+    )
 
 
 def _tried(result: Planned) -> int:
