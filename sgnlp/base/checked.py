@@ -86,6 +86,8 @@ class Checked:
 
 def plain(value: Any) -> Any:
     """A value with Python's numbers for numpy's, and tuples for lists, which JSON has instead."""
+    if isinstance(value, np.floating):
+        value = float(str(value))  # 0.002 of single precision is 0.002, not 0.0020000000949949
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     return tuple(map(plain, value)) if type(value) in (list, tuple) else value

@@ -7,6 +7,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.checked import require
 from sgnlp.base.errors import InputError
 from sgnlp.control.command import Command, check, check_unit
 from sgnlp.control.law import Law, critical, freed, joint_torque, ramped, spring_forces
@@ -26,6 +27,9 @@ class Controller:
 
     def __init__(self, hand: Hand, command: Command, law: Law = IMPEDANCE) -> None:
         """Raise `InputError` if the grasp does not fit this hand, or lacks the joints that position control needs."""
+        require("hand", hand, Hand)
+        require("command", command, Command)
+        require("law", law, Law)
         check(command, hand)
         self.hand, self.command, self.law, self.tree = hand, command, law, Tree(hand)
         self.begin, self.end = _ends(command, law)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from sgnlp.base.arrays import Array, IntArray
 from sgnlp.base.errors import InputError, unknown
-from sgnlp.perception import point_files
+from sgnlp.perception import depth_checks, point_files
 from sgnlp.perception.text_rows import directions
 
 PER_CAMERA = "points_"  # prefix of the keys of a file with one array per camera
@@ -99,7 +99,7 @@ def check_positive(**values: float | None) -> None:
     for key, value in values.items():
         most, unit = (HEAVIEST, f" of kg, at most {HEAVIEST:g}") if key == "mass" else (np.finfo(float).max, "")
         if value is not None and not (np.asarray(value).dtype.kind in "fiu" and 0 < value <= most):
-            raise InputError(f"'{key}' must be a positive number{unit}; found {value}")
+            raise InputError(f"'{key}' must be a positive number{unit}; found {value!r}")
 
 
 def checked_pose(value: object, name: str = "pose") -> Array:
@@ -243,6 +243,7 @@ def _from_arrays(arrays: dict[str, object], stem: str, chosen: str | None) -> di
         found["view_names"] = tuple(key.removeprefix(PER_CAMERA) for key in cameras)
         read = [rows(arrays[key], key) for key in cameras]
         clouds = [cloud for cloud, _ in read]
+        depth_checks.twins(clouds, [None] * len(clouds), cameras)
         notes += [note for _, said in read for note in said]
         found["view"] = np.repeat(np.arange(len(clouds)), [len(cloud) for cloud in clouds])
         found["points"] = np.concatenate(clouds)

@@ -78,7 +78,7 @@ def twins(views: Sequence[Array], poses: Sequence[Any], names: Sequence[str]) ->
         if np.array_equal(a, b, equal_nan=True):
             same = f"two views, '{name}' and '{other}', are the same, number by number"
             if one is None or np.array_equal(one, two):
-                raise InputError(f"{same}; give every file once")
+                raise InputError(f"{same}; give each once")
             notes.append(
                 f"{same[0].upper()}{same[1:]}. If the scene is not the same from both sides, one was given twice."
             )

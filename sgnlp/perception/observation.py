@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sgnlp.base.arrays import Array, IntArray
-from sgnlp.base.checked import Checked, Positive
+from sgnlp.base.checked import Checked, Positive, require
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.perception import clouds
 from sgnlp.perception.cleaning import Cleaning, ObservationSettings, check_shape, moved
@@ -100,6 +100,8 @@ def load(path: str | Path, reading: Reading = PLAIN, **options: Any) -> Observat
     Raises:
         InputError: the file has no cloud of one graspable object; the message is one line that begins with the path.
     """
+    require("path", path, str | Path)
+    require("reading", reading, Reading)
     try:
         reading = replace(reading, **options)
         raw = clouds.read(path, reading.key)

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.checked import require
 from sgnlp.perception.observation import Observation
 from sgnlp.perception.synthetic.meshes import Mesh
 from sgnlp.planning.problem import Problem
@@ -26,8 +27,11 @@ def estimated(observation: Observation, problem: Problem) -> Observation:
     `plan.problem`.
 
     Raises:
-        InputError: the posterior has no surface near the points, or scikit-image is not installed.
+        InputError: an argument is of another kind, the posterior has no surface near the points, or scikit-image is
+            not installed.
     """
+    require("observation", observation, Observation)
+    require("problem", problem, Problem)
     table = observation.table_height
     low, high = problem.box[0] - MARGIN, problem.box[1] + MARGIN
     low[2] = table

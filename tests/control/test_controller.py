@@ -182,6 +182,14 @@ def test_under_position_control_each_joint_is_a_spring_to_a_setpoint_on_its_way_
     np.testing.assert_allclose(control.torques(0.1, told.wrist, joints, speeds), expected, atol=1e-12)
 
 
+def test_arguments_in_another_order_or_of_another_kind_are_refused_by_name(hand):
+    told = aimed(hand)
+    wrong = (((told, hand), "hand must be of Hand"), ((hand, hand), "command must be"), ((hand, told, 1), "law"))
+    for arguments, said in wrong:
+        with pytest.raises(InputError, match=said):
+            Controller(*arguments)  # type: ignore[arg-type]
+
+
 def test_position_control_of_a_plan_without_joints_is_refused():
     with pytest.raises(InputError, match=r"position control needs planned joints at contact: --closing.planned"):
         Controller(LEFT, aimed(LEFT, joints_squeeze=None), Law(control="position"))

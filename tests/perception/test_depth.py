@@ -74,7 +74,7 @@ def test_two_images_are_two_views_and_the_table_is_measured_around_the_object():
 
 def test_one_image_as_two_views_is_refused_and_noted_where_the_poses_differ():
     copy = replace(FRONT, name="copy")
-    with pytest.raises(InputError, match="two views, '0' and 'copy', are the same, number by number; give every file"):
+    with pytest.raises(InputError, match="two views, '0' and 'copy', are the same, number by number; give each once"):
         from_depth([FRONT, copy])
     notes = arrays([FRONT, replace(copy, pose=BACK.pose)])["notes"]
     assert "Two views, '0' and 'copy', are the same, number by number. If the scene" in notes[0]

@@ -166,7 +166,8 @@ BAD_ARRAYS = {
         {"points": GOOD, "view": np.full(600, 3), "camera_positions": np.eye(3)},
         r"'view' must lie in 0\.\.2; found 3\.\.3",
     ),
-    "few cameras": ({"points_a": GOOD, "points_b": GOOD, "camera_positions": np.eye(3)}, "3 rows for 2 views"),
+    "one cloud twice": ({"points_a": GOOD, "points_b": GOOD}, "two views, 'points_a' and 'points_b', are the same"),
+    "few cameras": ({"points_a": GOOD, "points_b": GOOD + 0.001, "camera_positions": np.eye(3)}, "3 rows for 2 views"),
     "bad camera": ({"points": GOOD, "camera_positions": [[np.nan, 0, 0]]}, "'camera_positions' must be finite"),
     "no mass": ({"points": GOOD, "mass": 0.0}, "'mass' must be a positive number of kg, .*; found 0.0"),
     "a mass in grams": ({"points": GOOD, "mass": 350.0}, "'mass' must be .* of kg, at most 100; found 350"),
@@ -200,8 +201,8 @@ def test_bad_arrays_are_refused_in_one_line(tmp_path, arrays, message):
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
-        ({"scale": "mm"}, "'scale' must be a positive number; found mm"),
-        ({"mass": "1"}, "'mass' must be a positive number of kg, .*; found 1"),
+        ({"scale": "mm"}, "'scale' must be a positive number; found 'mm'"),
+        ({"mass": "1"}, "'mass' must be a positive number of kg, .*; found '1'"),
         ({"table_height": "0"}, "the table height must be a number; found 0"),
         ({"name": 3}, "the name '3' must be"),
         ({"pose": [[1, 0], [0]]}, "'pose' must be an array of real numbers of shape"),
@@ -506,6 +507,12 @@ def run_python(program, *arguments):
     command = [sys.executable, "-c", program, *arguments]
     child = subprocess.run(command, capture_output=True, encoding="utf-8", env=environment)
     assert child.returncode == 0, child.stderr
+
+
+@pytest.mark.parametrize("path", [None, 3, {"points": GOOD}])
+def test_what_is_no_path_is_refused_by_name(path):
+    with pytest.raises(InputError, match="path must be a text or of Path"):
+        load(path)
 
 
 def test_a_cloud_is_cleaned_in_a_process_that_has_loaded_casadi_and_pinocchio():

@@ -9,6 +9,8 @@ pytest.importorskip("skimage")
 
 from scenes import observation
 
+from sgnlp.base.errors import InputError
+from sgnlp.planning.problem import Problem
 from sgnlp.simulation import estimated, true_body
 
 BOX = np.array([[-0.04, -0.03, 0.0], [0.04, 0.03, 0.08]])
@@ -20,9 +22,16 @@ def balls(points):
     return np.min([np.linalg.norm(points - c, axis=1) - r for c, r in zip(CENTRES, (0.04, 0.008), strict=True)], axis=0)
 
 
+def posed(mean):
+    """A problem of which only the box and the surface are known."""
+    problem = object.__new__(Problem)
+    vars(problem).update(box=BOX, gpis=SimpleNamespace(mean=mean))
+    return problem
+
+
 @pytest.fixture(scope="module")
 def believed():
-    return estimated(observation(), SimpleNamespace(box=BOX, gpis=SimpleNamespace(mean=balls)))
+    return estimated(observation(), posed(balls))
 
 
 def test_it_is_a_closed_body_of_the_largest_part_cut_flat_at_the_table(believed):
@@ -42,6 +51,12 @@ def test_all_else_of_the_observation_is_kept(believed):
 
 
 def test_a_surface_that_leaves_the_box_is_closed_there():
-    endless = SimpleNamespace(mean=lambda points: np.abs(points[:, 1]) - 0.02)
-    thing = true_body(estimated(observation(), SimpleNamespace(box=BOX, gpis=endless)))
+    thing = true_body(estimated(observation(), posed(lambda points: np.abs(points[:, 1]) - 0.02)))
     assert thing.volume == pytest.approx(0.14 * 0.04 * 0.11, rel=0.03)
+
+
+def test_arguments_of_another_kind_are_refused_by_name():
+    with pytest.raises(InputError, match="observation must be of Observation"):
+        estimated(None, posed(balls))
+    with pytest.raises(InputError, match="problem must be of Problem"):
+        estimated(observation(), observation())
