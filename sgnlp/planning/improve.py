@@ -12,7 +12,7 @@ from sgnlp.planning.faraway import moved_cloud, moved_problem, origin
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.reach import OUT_OF_REACH
-from sgnlp.planning.rounds import in_rounds, widened
+from sgnlp.planning.rounds import in_rounds, left_over, widened
 from sgnlp.planning.search import Found, Result, Search
 
 
@@ -39,7 +39,8 @@ def improve(plan: Plan, count: int = 0) -> Iterator[Plan]:
         yield now
     if (wide := widened(now.problem, (*now.solutions, *now.failures))) is not None:
         search = _search(replace(now, problem=wide), count)
-        search, results = in_rounds(search, Ending(rounds=plan.ending.rounds), inf, lambda result: None)
+        left = left_over(Ending(rounds=plan.ending.rounds), now.tried, count)
+        search, results = in_rounds(search, left, inf, lambda result: None)
         better = _with(plan, search.found(results), begin, count, Ending(rounds=plan.ending.rounds))
         if better.best:
             yield better

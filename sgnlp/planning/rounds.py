@@ -25,7 +25,8 @@ def in_rounds(search: Search, ending: Ending, until: float, progress: Progress) 
     narrow = _rounds(search, ending, until, progress)
     problem = widened(search.problem, narrow[1]) if time.perf_counter() < until else None
     if problem is not None:
-        wide = _rounds(replace(search, problem=problem), ending, until, progress)
+        left = left_over(ending, narrow[0].count, search.count)
+        wide = _rounds(replace(search, problem=problem), left, until, progress)
         if _feasible(wide[1]):
             return wide
     return narrow
@@ -39,6 +40,11 @@ def widened(problem: Problem, results: Iterable[Result]) -> Problem | None:
     if not wider or not solutions or _feasible(solutions):
         return None
     return with_limits(problem, replace(limits, widened=True))
+
+
+def left_over(ending: Ending, tried: int, count: int) -> Ending:
+    """An ending after one round with wide limits, and as many more as `tried` starts of the narrow ones left over."""
+    return replace(ending, rounds=ending.rounds + 1 - tried // count)
 
 
 def _rounds(search: Search, ending: Ending, until: float, progress: Progress) -> Ended:

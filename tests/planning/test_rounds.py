@@ -64,6 +64,17 @@ def test_where_wide_limits_give_no_grasp_either_the_narrow_ones_stay():
     assert "sag" in plan.solutions[0].violated
 
 
+def test_the_wide_limits_have_one_round_and_those_that_the_narrow_ones_left_over(monkeypatch):
+    monkeypatch.setattr("sgnlp.planning.ending.NEAR", np.inf)  # every round is followed by another
+    tried = []
+    plan = solve(observation(), hand(), moving(STILL, 1.2 * STILL), count=1, jobs=1, rounds=2, progress=tried.append)
+    assert (len(tried), plan.tried, plan.best) == (3, 2, None)
+    monkeypatch.setattr("sgnlp.planning.ending.NEAR", 0.0)  # no round is
+    tried.clear()
+    solve(observation(), hand(), moving(STILL, 1.2 * STILL), count=1, jobs=1, rounds=2, progress=tried.append)
+    assert len(tried) == 2
+
+
 def test_nothing_is_tried_again_with_limits_that_are_no_wider_or_without_an_equilibrium(wide):
     narrow = with_limits(wide.problem, moving(STILL, 0.0).limits)
     assert widened(narrow, [replace(wide.solutions[0], checks=(failed(wide),))]) is None
