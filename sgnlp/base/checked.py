@@ -86,11 +86,16 @@ class Checked:
 
 def plain(value: Any) -> Any:
     """A value with Python's numbers for numpy's, and tuples for lists, which JSON has instead."""
-    if isinstance(value, np.floating):
-        value = float(str(value))  # 0.002 of single precision is 0.002, not 0.0020000000949949
     if isinstance(value, np.ndarray | np.generic):
-        value = value.tolist()
+        single = value.dtype.kind == "f" and value.dtype.itemsize < np.dtype(float).itemsize
+        value = _written(value) if single else value.tolist()
     return tuple(map(plain, value)) if type(value) in (list, tuple) else value
+
+
+def _written(values: np.ndarray | np.generic) -> Any:
+    """Numbers of single precision as they are written: 0.002, not 0.0020000000949949."""
+    numbers = [float(np.format_float_scientific(number)) for number in np.ravel(values)]
+    return np.reshape(numbers, np.shape(values)).tolist()
 
 
 def require(what: str, value: Any, kind: Any) -> None:

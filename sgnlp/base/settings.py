@@ -135,12 +135,6 @@ class Limits(Checked):
     """largest rotation of the object on its way to the equilibrium [deg]"""
     shift: Positive = 0.05
     """largest displacement of a contact on its way to the equilibrium [m]"""
-    wide_rotation_deg: Annotated[float, (0.0, 180.0)] = 0.0
-    """the largest rotation where no start is feasible with `rotation_deg` [deg]; 0: never more"""
-    wide_shift: NotNegative = 0.0
-    """the largest displacement where no start is feasible with `shift` [m]; 0: never more"""
-    widened: bool = False
-    """the wide limits of rotation and displacement hold from the first start on"""
     give: NotNegative = 0.0
     """largest displacement for each newton of the object's weight, if that is more than `shift` [m/N]"""
     gain_min: Positive = 40.0
@@ -179,16 +173,6 @@ class Limits(Checked):
         super().__post_init__()
         self._ordered("force_min", "force_max")
         self._ordered("gain_min", "gain_max")
-
-    def motion(self, weight: float, wide: bool | None = None) -> tuple[float, float]:
-        """The largest rotation [deg] and displacement [m] of an object of a weight [N] on the way to the equilibrium.
-
-        They are those that hold now, or the wide or narrow ones; the wide ones are never narrower.
-        """
-        turn, shift = self.rotation_deg, max(self.shift, self.give * weight)
-        if self.widened if wide is None else wide:
-            return max(turn, self.wide_rotation_deg), max(shift, self.wide_shift)
-        return turn, shift
 
 
 @dataclass(frozen=True)

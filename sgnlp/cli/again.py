@@ -14,6 +14,7 @@ from sgnlp.planning import reopen
 from sgnlp.planning.ending import Ending
 from sgnlp.planning.solvers import SOLVERS, settled
 from sgnlp.planning.surroundings import Surroundings
+from sgnlp.planning.widening import narrow
 
 FILE = "FILE"
 """Placeholder for a file that is not known: the cloud of a plan from Python, and files of its surroundings."""
@@ -46,7 +47,8 @@ def command(meta: Mapping[str, Any], folder: Path) -> str:
 
 def _settings(meta: dict[str, Any]) -> list[str]:
     """The preset, if it is not the first choice, and what differs from it."""
-    found = asdict(reopen.settings(meta))
+    used = reopen.settings(meta)
+    found = asdict(narrow(used) if meta.get("widened") else used)
     names = [*PRESETS, *(f"paper+{variant}" for variant in VARIANTS)]
     flags = {name: list(differences(asdict(preset(name)), found)) for name in names}
     name = min(flags, key=lambda name: len(flags[name]) + (name != DEFAULTS.preset))

@@ -29,7 +29,7 @@ from sgnlp.planning.workers import Workers
 from sgnlp.show import tables
 
 MADE = "made.json"
-STUDY = ("seed", "starts", "first", "deadline", "rounds", "solver", "reading", "settings")
+STUDY = ("seed", "starts", "first", "deadline", "rounds", "widen", "solver", "reading", "settings")
 """The flags that the rows depend on."""
 
 

@@ -11,7 +11,7 @@ from sgnlp.cli import codes
 from sgnlp.cli.check_hand import tell
 from sgnlp.hand.check import examine
 from sgnlp.hand.draft.draft import draft
-from sgnlp.hand.draft.text import text
+from sgnlp.hand.draft.text import listed, text
 from sgnlp.hand.hand import HAND_FILE
 from sgnlp.planning import results
 from sgnlp.show.png import drawable, picture
@@ -49,6 +49,9 @@ class DraftHand:
         results.write_text(folder / HAND_FILE, text(drafted, folder))
         examination = examine(folder)
         tell(console, examination)
+        if drafted.left:
+            few = f"left out, having too few joints to touch an object together with the others: {listed(drafted.left)}"
+            console.print(f"{few}; --tips names the fingers instead", soft_wrap=True)
         console.print(f"written: {folder / HAND_FILE}", soft_wrap=True)
         if examination.hand is not None:
             try:

@@ -106,11 +106,13 @@ class Ended:
     """end so long after the cloud was read, with the best known by then [s]"""
     rounds: Annotated[int, POSITIVE] = ROUNDS
     """where no start has ended feasible, but one near, try as many more, up to so many rounds of them"""
+    widen: bool = True
+    """where none of these is feasible either, solve the starts again with wider limits of the object's motion"""
 
     @property
     def ending(self) -> Ending:
         """The three together."""
-        return Ending(self.first, self.deadline, self.rounds)
+        return Ending(self.first, self.deadline, self.rounds, self.widen)
 
 
 @dataclass(kw_only=True)

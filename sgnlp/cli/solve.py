@@ -111,6 +111,7 @@ class Solve(Abstaining, Ended, Extending, Surrounding, Observing):
             first=self.first,
             deadline=self.deadline,
             rounds=self.rounds,
+            widen=self.widen,
             progress=progress,
         )
 

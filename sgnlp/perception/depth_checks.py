@@ -75,7 +75,7 @@ def twins(views: Sequence[Array], poses: Sequence[Any], names: Sequence[str]) ->
     """
     notes = []
     for (a, one, name), (b, two, other) in combinations(zip(views, poses, names, strict=True), 2):
-        if np.array_equal(a, b, equal_nan=True):
+        if np.array_equal(a, b, equal_nan=True) and np.isfinite(a).any():
             same = f"two views, '{name}' and '{other}', are the same, number by number"
             if one is None or np.array_equal(one, two):
                 raise InputError(f"{same}; give each once")

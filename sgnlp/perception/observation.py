@@ -8,6 +8,7 @@ graspable size. `sgnlp.perception.cleaning` has the steps and their settings.
 import hashlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from os import PathLike
 from pathlib import Path
 from typing import Any, Literal, TypeVar, get_args
 
@@ -100,7 +101,7 @@ def load(path: str | Path, reading: Reading = PLAIN, **options: Any) -> Observat
     Raises:
         InputError: the file has no cloud of one graspable object; the message is one line that begins with the path.
     """
-    require("path", path, str | Path)
+    require("path", path, str | PathLike)
     require("reading", reading, Reading)
     try:
         reading = replace(reading, **options)

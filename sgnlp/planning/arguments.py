@@ -31,6 +31,7 @@ OF_SOLVE: Mapping[str, Kinds] = {
     **dict.fromkeys(("without_terms", "without_constraints"), LIST),
     **dict.fromkeys(("count", "seed", "jobs", "rounds"), WHOLE),
     "first": ((Integral, NoneType), WHOLE[1]),
+    "widen": ((bool,), "it is True or False"),
     "timeout": SECONDS,
     "deadline": ((Real, NoneType), SECONDS[1]),
 }

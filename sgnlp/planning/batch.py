@@ -26,6 +26,7 @@ from sgnlp.planning.grasps import Grasps
 from sgnlp.planning.solve import solve
 from sgnlp.planning.solvers import settled
 from sgnlp.planning.surroundings import NOWHERE, Surroundings
+from sgnlp.planning.widening import narrow
 from sgnlp.planning.workers import Workers, each, one_at_a_time
 
 LIMITS = ("timeout", "first", "deadline")
@@ -74,6 +75,7 @@ class Row:
     feasible: bool = False
     starts: int = 0
     feasible_starts: int = 0
+    widened: bool = False  # its limits of the object's motion: no start was feasible with the narrow ones
     margin: float = math.nan
     confidence: float = math.nan
     energy: float = math.nan
@@ -180,6 +182,7 @@ def _row(file: Path, grasps: Grasps, *, reused: bool = False, failure: str = "")
         row,
         feasible=bool(grasps.feasible[0]),
         feasible_starts=int(grasps.feasible.sum()),
+        widened=bool(meta.get("widened", False)),
         margin=float(min(grasps.margins_initial[0].min(), grasps.margins_equilibrium[0].min())),
         confidence=float(grasps.confidence[0]),
         energy=float(grasps.energy[0]),
@@ -215,14 +218,14 @@ def _known(folder: Path, expected: dict[str, Any], digest: tuple[str] | str) -> 
         results.load_summary(folder, grasps)
     except InputError:
         return None
-    if len(grasps) == grasps.meta.get("tried"):  # no start was stopped, so that their limits do not matter
+    if len(grasps) == grasps.meta.get("tried") and grasps.feasible.any():  # limits of time do not matter
         expected = {key: value for key, value in expected.items() if key not in LIMITS}
-    same = all(_asked(key, grasps.meta.get(key)) == _asked(key, value) for key, value in expected.items())
+    same = all(_asked(grasps.meta, key) == value for key, value in expected.items())
     return grasps if same and len(grasps) else None
 
 
-def _asked(key: str, value: Any) -> Any:
-    """What was asked for: the settings without what a plan sets by itself."""
-    if key != "settings" or not isinstance(value, dict):
-        return value
-    return value | {"limits": {k: v for k, v in value.get("limits", {}).items() if k != "widened"}}
+def _asked(meta: dict[str, Any], key: str) -> Any:
+    """What a plan was asked for: the settings without the wide limits that it found to be needed."""
+    if key == "settings" and meta.get("widened"):
+        return json.loads(json.dumps(asdict(narrow(Settings.restored(meta[key])))))
+    return meta.get(key)

@@ -29,13 +29,14 @@ class Ending:
     """A search ends when the first starts, in their order, have given `first` feasible grasps, or at the deadline.
 
     Starts are solved in rounds, as many in each as are asked for. Where none has ended feasible, but one near, the next
-    round follows, up to `rounds` of them. Starts end in any order. That they count in their own makes the result the
-    same for any number of processes.
+    round follows, up to `rounds` of them, and then, with `widen`, those with wider limits of the object's motion.
+    Starts end in any order. That they count in their own makes the result the same for any number of processes.
     """
 
     first: int | None = None
     deadline: float | None = None  # [s] from the call
     rounds: int = ROUNDS
+    widen: bool = True
 
     def __post_init__(self) -> None:
         """Also that all can be met."""

@@ -6,13 +6,14 @@ from contextlib import closing
 from dataclasses import replace
 from math import inf
 
+from sgnlp.base.checked import require
 from sgnlp.base.errors import InputError
-from sgnlp.planning.ending import ENOUGH, LEFT, Ending, hopeful
+from sgnlp.planning.ending import ENOUGH, LEFT, hopeful
 from sgnlp.planning.faraway import moved_cloud, moved_problem, origin
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.reach import OUT_OF_REACH
-from sgnlp.planning.rounds import in_rounds, left_over, widened
+from sgnlp.planning.rounds import Ended, with_wide_limits
 from sgnlp.planning.search import Found, Result, Search
 
 
@@ -20,30 +21,32 @@ def improve(plan: Plan, count: int = 0) -> Iterator[Plan]:
     """Go on with the starts that a plan left out, yielding a better plan whenever one of them ends.
 
     Leaving the iteration ends the processes. The last plan is the one that `solve` gives without `first` and
-    `deadline`.
+    `deadline`. A plan with wide limits of motion goes on with these.
 
     Args:
         plan: of `sgnlp.solve`, that ended with its `first` grasps or at its `deadline`.
         count: number of starts in all, if it is more than the plan has tried.
 
     Raises:
-        InputError: `count` is negative.
+        InputError: `plan` is none, or `count` is negative.
     """
+    require("plan", plan, Plan)
+    require("count", count, int)
     if count < 0:
         raise InputError(f"count {count} must not be negative")
-    begin = time.perf_counter() - plan.seconds["solve"]
-    now, count = plan, max(count, plan.count)
-    for found, waits in _going_on(_search(plan, max(count, plan.tried)), plan, count):
-        ending = plan.ending if waits else Ending(rounds=plan.ending.rounds)
-        now = _with(plan, (plan.problem, *found[1:]), begin, count, ending)
+    begin, now, count = time.perf_counter() - plan.seconds["solve"], plan, max(count, plan.count)
+    whole = replace(plan.ending, first=None, deadline=None)
+    search = _search(plan, max(count, plan.tried))
+    for found, waits in _going_on(search, plan, count):
+        now = _with(plan, (plan.problem, *found[1:]), begin, count)
+        now = now if waits else replace(now, ending=whole)
         yield now
-    if (wide := widened(now.problem, (*now.solutions, *now.failures))) is not None:
-        search = _search(replace(now, problem=wide), count)
-        left = left_over(Ending(rounds=plan.ending.rounds), now.tried, count)
-        search, results = in_rounds(search, left, inf, lambda result: None)
-        better = _with(plan, search.found(results), begin, count, Ending(rounds=plan.ending.rounds))
-        if better.best:
-            yield better
+    if not now.vain:
+        narrow = Ended(replace(search, count=now.tried), [*now.solutions, *now.failures])
+        wide = with_wide_limits(narrow, count, whole, inf, lambda result: None)
+        if wide.wide:
+            better = _with(plan, wide.search.found(wide.results), begin, count)
+            yield replace(better, ending=whole, widened=True, vain=wide.vain)
 
 
 def _search(plan: Plan, count: int) -> Search:
@@ -75,9 +78,9 @@ def _going_on(search: Search, plan: Plan, count: int) -> Iterator[tuple[Found, b
             return
 
 
-def _with(plan: Plan, found: Found, begin: float, count: int, ending: Ending) -> Plan:
+def _with(plan: Plan, found: Found, begin: float, count: int) -> Plan:
     """The plan with what was found since `begin` [s]."""
     problem, solutions, failures = found
     seconds = plan.seconds | {"solve": time.perf_counter() - begin}
     now = replace(plan, problem=problem, solutions=solutions, failures=failures)
-    return replace(now, seconds=seconds, count=count, ending=ending)
+    return replace(now, seconds=seconds, count=count)

@@ -51,6 +51,8 @@ class Plan:
     solver: Solver = field(default_factory=Ipopt)
     given: Surroundings = NOWHERE  # what the user told of, beside what the observation has seen
     ending: Ending = field(default_factory=Ending)
+    widened: bool = False  # its limits of the object's motion: no start was feasible with the narrow ones
+    vain: int = 0  # starts that were solved with narrow limits before it was widened, or with wide ones in vain
     replanned: str = ""  # "moved" or "fitted" of a plan carried over from another one: its surface was
 
     @property
@@ -99,6 +101,8 @@ class Plan:
             "seed": self.seed,
             "starts": self.count,
             "tried": self.tried,
+            "widened": self.widened,
+            "vain": self.vain,
             "timeout": self.timeout,
             **asdict(self.ending),
             "replanned": self.replanned,

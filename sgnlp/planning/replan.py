@@ -7,22 +7,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.checked import require
 from sgnlp.base.errors import InputError, SolverError
 from sgnlp.base.threads import one_thread
 from sgnlp.hand.hand import Hand
 from sgnlp.perception.observation import Observation
 from sgnlp.planning import arguments
-from sgnlp.planning.ending import Ending
 from sgnlp.planning.faraway import moved_cloud, moved_hand, moved_problem, origin
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.pool import Failure
-from sgnlp.planning.problem import Known, Problem, build_problem
+from sgnlp.planning.problem import Known, Problem, build_problem, with_limits
 from sgnlp.planning.resuming import resuming
 from sgnlp.planning.search import Result, Search
 from sgnlp.planning.solution import Solution, solution
 from sgnlp.planning.solve import Asked, searched
 from sgnlp.planning.warm_start import WarmStart
+from sgnlp.planning.widening import narrow
 from sgnlp.surface.gpis import Gpis
 from sgnlp.surface.registration import PlanarMotion, registered
 
@@ -74,6 +75,7 @@ def replan(plan: Plan, observation: Observation | None = None, touches: Sequence
     Raises:
         InputError: a touch is far from the object.
     """
+    require("plan", plan, Plan)
     seen = plan.observation if observation is None else observation
     arguments.check({"observation": seen, "touches": touches}, KINDS)
     with one_thread():
@@ -97,17 +99,23 @@ def _replanned(plan: Plan, observation: Observation | None, touches: Sequence[To
             break
     else:
         problem = problem if known is None else _posed(cloud, hand, asked, middle, None, felt)
+        if plan.widened:
+            problem = with_limits(problem, narrow(problem.settings).limits)
+            asked = replace(asked, settings=problem.settings)
         return searched(seen, (problem, cloud, middle), asked, begin)
     search = Search(problem, cloud, middle, plan.solver, 1, plan.seed, 1, plan.timeout)
     seconds = {"fit": fitted - begin, "solve": time.perf_counter() - fitted}
-    return asked.plan(seen, search.found(results), seconds, plan.solver, "moved" if known else "fitted")
+    again = asked.plan(seen, search.found(results), seconds, plan.solver, "moved" if known else "fitted")
+    return replace(again, widened=plan.widened)
 
 
 def _asked(plan: Plan) -> Asked:
     """What the plan was asked for, but for its end."""
     problem = plan.problem
     given = problem.hand, problem.settings, plan.given, problem.additions, plan.extension
-    return Asked(*given, plan.count, plan.seed, plan.jobs, plan.timeout, Ending(rounds=plan.ending.rounds))
+    return Asked(
+        *given, plan.count, plan.seed, plan.jobs, plan.timeout, replace(plan.ending, first=None, deadline=None)
+    )
 
 
 def _known(problem: Problem) -> Known | None:

@@ -1,50 +1,49 @@
-"""Starts in rounds, then again with wider limits of the object's motion, until a grasp is feasible.
-
-Little motion makes a plan happen as planned. But a finger with few joints presses only along some directions, so the
-object moves more before the forces balance. Wider limits change only bounds of the program, not its functions.
-"""
+"""Starts in rounds, then again with wider limits of the object's motion, until a grasp is feasible."""
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import closing
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from sgnlp.planning.ending import Ending, hopeful
-from sgnlp.planning.problem import Problem, with_limits
 from sgnlp.planning.search import Result, Search
 from sgnlp.planning.solution import Solution
-from sgnlp.program.equilibrium import GRAVITY
+from sgnlp.planning.widening import widened
 
 Progress = Callable[[Result], None]
-Ended = tuple[Search, list[Result]]
-"""The search with the starts of all its rounds, and the result of each."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ended:
+    """A search with the starts of all its rounds, and the result of each.
+
+    `vain` starts were solved with other limits of motion and count no more: with the narrow ones if the plan is `wide`,
+    else with the wide ones.
+    """
+
+    search: Search
+    results: list[Result]
+    wide: bool = False
+    vain: int = 0
 
 
 def in_rounds(search: Search, ending: Ending, until: float, progress: Progress) -> Ended:
     """All rounds that were needed. Those with wide limits of motion count only if they give a feasible grasp."""
-    narrow = _rounds(search, ending, until, progress)
-    problem = widened(search.problem, narrow[1]) if time.perf_counter() < until else None
-    if problem is not None:
-        left = left_over(ending, narrow[0].count, search.count)
-        wide = _rounds(replace(search, problem=problem), left, until, progress)
-        if _feasible(wide[1]):
-            return wide
-    return narrow
+    ended = _rounds(search, ending, until, progress)
+    return ended if time.perf_counter() >= until else with_wide_limits(ended, search.count, ending, until, progress)
 
 
-def widened(problem: Problem, results: Iterable[Result]) -> Problem | None:
-    """The problem with the wide limits of motion; None if they are no wider, or are not needed, or no start ended."""
-    settings, solutions = problem.settings, [result for result in results if isinstance(result, Solution)]
-    limits, weight = settings.limits, settings.contact.mass * GRAVITY
-    wider = settings.contact.metric == "spring" and limits.motion(weight) != limits.motion(weight, wide=True)
-    if not wider or not solutions or _feasible(solutions):
-        return None
-    return with_limits(problem, replace(limits, widened=True))
-
-
-def left_over(ending: Ending, tried: int, count: int) -> Ending:
-    """An ending after one round with wide limits, and as many more as `tried` starts of the narrow ones left over."""
-    return replace(ending, rounds=ending.rounds + 1 - tried // count)
+def with_wide_limits(ended: Ended, count: int, ending: Ending, until: float, progress: Progress) -> Ended:
+    """The same, or one round of `count` starts with wide limits, and as many more as the narrow ones left over."""
+    problem = widened(ended.search.problem, ended.results) if ending.widen else None
+    if problem is None:
+        return ended
+    left = replace(ending, rounds=ending.rounds + 1 - ended.search.count // count)
+    wide = _rounds(replace(ended.search, problem=problem, count=count), left, until, progress)
+    if any(isinstance(result, Solution) and result.feasible for result in wide.results):
+        return replace(wide, wide=True, vain=len(ended.results))
+    whole = time.perf_counter() < until
+    return replace(ended, vain=len(wide.results) if whole else 0)
 
 
 def _rounds(search: Search, ending: Ending, until: float, progress: Progress) -> Ended:
@@ -56,11 +55,7 @@ def _rounds(search: Search, ending: Ending, until: float, progress: Progress) ->
                 progress(result)
                 results.append(result)
                 if kept := ending.kept(results, search.order):
-                    return search, kept
+                    return Ended(search, kept)
         if not hopeful(results) or time.perf_counter() >= until:
             break
-    return search, results
-
-
-def _feasible(results: Iterable[Result]) -> bool:
-    return any(isinstance(result, Solution) and result.feasible for result in results)
+    return Ended(search, results)

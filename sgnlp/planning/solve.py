@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 
 from sgnlp.base.arrays import Array
@@ -58,7 +58,7 @@ class Asked:
             solver,
             self.given,
             self.ending,
-            how,
+            replanned=how,
         )
 
 
@@ -85,6 +85,7 @@ def solve(
     first: int | None = None,
     deadline: float | None = None,
     rounds: int = ROUNDS,
+    widen: bool = True,
     progress: Callable[[Result], None] = lambda result: None,
 ) -> Plan:
     """Plan compliant pregrasps for an observation.
@@ -114,7 +115,9 @@ def solve(
             building the functions of the first plan of a process, are not interrupted.
         rounds: where no start has ended feasible, but one near, try `count` more, up to so many rounds. 1 tries no
             more.
-        progress: called with each result as it comes.
+        widen: where none of these is feasible either, and the limits of the object's motion are those of "robust",
+            solve the starts again with 10° and 10 mm. `Plan.widened` says so.
+        progress: called with each result as it comes; with those of wide limits after the others.
 
     Raises:
         InputError: the hand, a setting or a name is not valid, or the surface cannot be fitted.
@@ -127,7 +130,7 @@ def solve(
     additions = additions.and_of(extension.additions()) if extension else additions
     hand = load_hand(hand, settings.spheres) if isinstance(hand, str) else hand
     given = Surroundings(tuple(obstacles), tuple(avoid), tuple(touch))
-    ending = Ending(first, deadline, rounds)
+    ending = Ending(first, deadline, rounds, widen)
     asked = Asked(hand, settings, given, additions, extension, count, seed, jobs, timeout, ending)
     return planned(observation, asked, progress)
 
@@ -158,6 +161,7 @@ def searched(
     fitted, deadline = time.perf_counter(), asked.ending.deadline
     search.agree()
     until = inf if deadline is None else begin + deadline
-    search, results = in_rounds(search, asked.ending, until, progress)
+    ended = in_rounds(search, asked.ending, until, progress)
     seconds = {"fit": fitted - begin, "solve": time.perf_counter() - fitted}
-    return asked.plan(observation, search.found(results), seconds, solver)
+    plan = asked.plan(observation, ended.search.found(ended.results), seconds, solver)
+    return replace(plan, widened=ended.wide, vain=ended.vain)

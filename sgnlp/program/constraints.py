@@ -235,10 +235,10 @@ def _bounds(s: Settings) -> dict[str, tuple[float, float]]:
 def _compliance(s: Settings) -> dict[str, tuple[float, float]]:
     """The bounds of a stable equilibrium with enough contact force."""
     limits, effort, weight = s.limits, s.limits.effort, s.contact.mass * GRAVITY
-    turn, shift = limits.motion(weight)
+    shift = max(limits.shift, limits.give * weight)
     return {
         "stiffness": (limits.stiffness, inf),
-        "rotation": (1 + 2 * cos(radians(turn)), inf),
+        "rotation": (1 + 2 * cos(radians(limits.rotation_deg)), inf),
         "margin_initial": (limits.margin_initial, inf),
         "margin_equilibrium": (limits.margin_equilibrium, inf),
         "force": (limits.force_min, limits.force_max),

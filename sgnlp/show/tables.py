@@ -69,7 +69,9 @@ def headline(plan: Plan) -> str:
     """One line: how many starts, how many feasible, how long."""
     feasible = sum(s.feasible for s in plan.solutions)
     seconds = sum(plan.seconds.values())
-    return f"{plan.observation.name}: {feasible} of {plan.tried} starts feasible in {seconds:.1f} s"
+    other = "narrower" if plan.widened else "wider"
+    vain = f", {plan.vain} more with {other} limits of motion in vain," if plan.vain else ""
+    return f"{plan.observation.name}: {feasible} of {plan.tried} starts feasible{vain} in {seconds:.1f} s"
 
 
 def hands_table(hands: Sequence[Listing]) -> Table:

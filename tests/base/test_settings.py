@@ -117,4 +117,5 @@ def test_whole_numbers_numpys_numbers_and_lists_of_json_are_taken_as_plain_ones(
     assert made == Contact(mass=0.5, samples=7, friction=1.0, rotation=(0.0, 0.0, 1.0), displacement=(0.0, 0.0, 0.0))
     assert {type(made.mass), type(made.samples), type(made.displacement)} == {float, int, tuple}
     assert [type(part) for part in made.rotation] == [float, int, int]  # JSON takes no numbers of numpy
-    assert Contact(mass=np.float32(0.1)).mass == 0.1  # as it is written, not as single precision rounds it
+    single = Contact(mass=np.float32(0.1), displacement=np.array([0.1, 0, 1e-9], np.float32))
+    assert (single.mass, single.displacement) == (0.1, (0.1, 0.0, 1e-9))  # as they are written

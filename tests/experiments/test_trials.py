@@ -82,7 +82,7 @@ def test_starts_that_were_tried_after_the_first_round_are_not_counted_among_the_
     seen = SimpleNamespace(name="can", half="tuning")
     known = {"observation": seen, "solutions": (SimpleNamespace(feasible=True),), "seconds": {"solve": 1.0}}
     plans = [
-        SimpleNamespace(**known, count=2, rounds=rounds, best=None, problem=with_limits(widened))
+        SimpleNamespace(**known, count=2, rounds=rounds, best=None, widened=widened)
         for rounds, widened in ((1, False), (2, False), (1, True))
     ]
     counted = [trials.told(plan, Condition("none", 1), ["0"]) for plan in plans]
@@ -92,11 +92,6 @@ def test_starts_that_were_tried_after_the_first_round_are_not_counted_among_the_
         (0, 2, False),
         (0, 1, True),
     ]
-
-
-def with_limits(widened: bool) -> SimpleNamespace:
-    """A problem of which only is known whether its limits of motion are the wide ones."""
-    return SimpleNamespace(settings=SimpleNamespace(limits=SimpleNamespace(widened=widened)))
 
 
 def test_the_views_are_one_camera_the_other_two_or_all():

@@ -236,7 +236,7 @@ def test_the_fingers_that_are_left_out_are_told_and_keep_their_spheres(tmp_path:
     assert len(drafted.body.chains) == 3
     assert len(drafted.left) == 3
     hand = written(drafted, tmp_path / "hand")
-    assert f"so few joints {drafted.left[0]}, {drafted.left[1]} and {drafted.left[2]} cannot meet" in " ".join(
+    assert f"{drafted.left[0]}, {drafted.left[1]} and {drafted.left[2]} have too few joints" in " ".join(
         (tmp_path / "hand" / "hand.yaml").read_text("utf-8").split()
     )
     assert any(sphere.link == drafted.left[0] for sphere in hand.spheres)

@@ -166,7 +166,10 @@ BAD_ARRAYS = {
         {"points": GOOD, "view": np.full(600, 3), "camera_positions": np.eye(3)},
         r"'view' must lie in 0\.\.2; found 3\.\.3",
     ),
-    "one cloud twice": ({"points_a": GOOD, "points_b": GOOD}, "two views, 'points_a' and 'points_b', are the same"),
+    "one cloud twice": (
+        {"points_a": GOOD, "points_b": GOOD, "points_c": GOOD + 0.001},
+        "two views, 'points_a' and 'points_b', are the same",
+    ),
     "few cameras": ({"points_a": GOOD, "points_b": GOOD + 0.001, "camera_positions": np.eye(3)}, "3 rows for 2 views"),
     "bad camera": ({"points": GOOD, "camera_positions": [[np.nan, 0, 0]]}, "'camera_positions' must be finite"),
     "no mass": ({"points": GOOD, "mass": 0.0}, "'mass' must be a positive number of kg, .*; found 0.0"),
@@ -511,7 +514,7 @@ def run_python(program, *arguments):
 
 @pytest.mark.parametrize("path", [None, 3, {"points": GOOD}])
 def test_what_is_no_path_is_refused_by_name(path):
-    with pytest.raises(InputError, match="path must be a text or of Path"):
+    with pytest.raises(InputError, match="path must be a text or of PathLike"):
         load(path)
 
 

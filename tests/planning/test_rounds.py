@@ -1,6 +1,7 @@
 """Wider limits of the object's motion, where no start is feasible with the narrow ones."""
 
 from dataclasses import replace
+from math import inf
 
 import numpy as np
 import pytest
@@ -8,26 +9,31 @@ from here import Here
 from scenes import SMALL, hand, observation
 
 from sgnlp.base.presets import ROBUST
-from sgnlp.base.settings import Limits, Settings
+from sgnlp.base.settings import Settings
+from sgnlp.cli import again
+from sgnlp.planning import results
 from sgnlp.planning.batch import Task, batch
-from sgnlp.planning.ending import Ending
+from sgnlp.planning.faraway import moved_cloud
 from sgnlp.planning.improve import improve
 from sgnlp.planning.plan import Plan
-from sgnlp.planning.problem import with_limits
-from sgnlp.planning.rounds import widened
+from sgnlp.planning.replan import replan
+from sgnlp.planning.rounds import Ended
+from sgnlp.planning.search import Search
 from sgnlp.planning.solve import solve
+from sgnlp.planning.widening import WIDE_ROTATION, WIDE_SHIFT, narrow, widened
+from sgnlp.show.tables import headline
 
-STILL = 1e-3
-"""Springs of 400 N/m sag by more than this [m] under the object's weight."""
-
-
-def moving(shift: float, wide: float, widened: bool = False) -> Settings:
-    limits = replace(SMALL.limits, shift=shift, wide_shift=wide, widened=widened)
-    return replace(SMALL, contact=replace(SMALL.contact, mass=0.3), limits=limits)
+NARROW = replace(SMALL.limits, rotation_deg=ROBUST.limits.rotation_deg, shift=ROBUST.limits.shift)
 
 
-def planned(settings: Settings, **options: object) -> Plan:
-    return solve(observation(), hand(), settings, count=1, jobs=1, rounds=1, **options)  # type: ignore[arg-type]
+def loaded(mass: float) -> Settings:
+    """Springs of 400 N/m sag by 1.8 mm under 0.3 kg, by 3.7 mm under 0.6 kg, by 14 mm under 2.3 kg."""
+    return replace(SMALL, contact=replace(SMALL.contact, mass=mass), limits=NARROW)
+
+
+def planned(mass: float, **options: object) -> Plan:
+    known = {"count": 1, "jobs": 1, "rounds": 1} | options
+    return solve(observation(), hand(), loaded(mass), **known)  # type: ignore[arg-type]
 
 
 def way(plan: Plan) -> float:
@@ -37,92 +43,115 @@ def way(plan: Plan) -> float:
 
 @pytest.fixture(scope="module")
 def wide() -> Plan:
-    return planned(moving(STILL, 0.01))
+    return planned(0.6)
 
 
-def test_a_plan_without_a_feasible_start_is_made_again_with_wide_limits(wide):
-    asked = planned(moving(STILL, 0.01, widened=True))
-    assert wide.best is not None
-    assert wide.problem.settings == asked.problem.settings
+@pytest.fixture(scope="module")
+def cut() -> Plan:
+    """The same, without its wide limits."""
+    return planned(0.6, widen=False)
+
+
+def test_a_plan_without_a_feasible_start_is_made_again_with_wide_limits(wide, cut):
+    limits = replace(NARROW, rotation_deg=WIDE_ROTATION, shift=WIDE_SHIFT)
+    asked = solve(observation(), hand(), replace(loaded(0.6), limits=limits), count=1, jobs=1)
+    assert (cut.best, cut.widened, cut.vain) == (None, False, 0)
+    assert (wide.widened, wide.vain, wide.tried) == (True, 1, 1)
+    assert (asked.widened, wide.problem.settings) == (False, asked.problem.settings)
     np.testing.assert_array_equal(wide.best.joints, asked.best.joints)  # type: ignore[union-attr]
-    assert STILL < way(wide) <= 0.01
-    assert next(check for check in wide.best.checks if check.name == "shift").upper == 10  # mm
+    assert NARROW.shift < way(wide) <= WIDE_SHIFT
+    assert next(check for check in wide.best.checks if check.name == "shift").upper == 1e3 * WIDE_SHIFT  # type: ignore[union-attr]
 
 
 def test_a_plan_with_a_feasible_start_keeps_the_narrow_limits():
-    plan = planned(moving(0.01, 0.02))
+    plan = planned(0.3)
     assert plan.best is not None
-    assert not plan.problem.settings.limits.widened
-    assert way(plan) <= 0.01
+    assert (plan.widened, plan.vain) == (False, 0)
+    assert way(plan) <= NARROW.shift
 
 
 def test_where_wide_limits_give_no_grasp_either_the_narrow_ones_stay():
     tried = []
-    plan = planned(moving(STILL, 1.2 * STILL), progress=tried.append)
-    assert (len(tried), plan.best, plan.tried) == (2, None, 1)
-    assert not plan.problem.settings.limits.widened
-    assert "sag" in plan.solutions[0].violated
+    plan = planned(2.3, progress=tried.append)
+    assert (len(tried), plan.best, plan.tried, plan.vain, plan.widened) == (2, None, 1, 1, False)
+    assert plan.problem.settings == loaded(2.3)
+    assert "1 more with wider limits of motion in vain" in headline(plan)
+    assert not list(improve(plan))
 
 
 def test_the_wide_limits_have_one_round_and_those_that_the_narrow_ones_left_over(monkeypatch):
     monkeypatch.setattr("sgnlp.planning.ending.NEAR", np.inf)  # every round is followed by another
-    tried = []
-    plan = solve(observation(), hand(), moving(STILL, 1.2 * STILL), count=1, jobs=1, rounds=2, progress=tried.append)
-    assert (len(tried), plan.tried, plan.best) == (3, 2, None)
+    assert [(plan.tried, plan.vain) for plan in [planned(2.3, rounds=2)]] == [(2, 1)]
     monkeypatch.setattr("sgnlp.planning.ending.NEAR", 0.0)  # no round is
-    tried.clear()
-    solve(observation(), hand(), moving(STILL, 1.2 * STILL), count=1, jobs=1, rounds=2, progress=tried.append)
-    assert len(tried) == 2
+    assert [(plan.tried, plan.vain) for plan in [planned(2.3, rounds=2)]] == [(1, 1)]
 
 
-def test_nothing_is_tried_again_with_limits_that_are_no_wider_or_without_an_equilibrium(wide):
-    narrow = with_limits(wide.problem, moving(STILL, 0.0).limits)
-    assert widened(narrow, [replace(wide.solutions[0], checks=(failed(wide),))]) is None
-    assert widened(with_limits(wide.problem, moving(STILL, 0.01).limits), wide.failures) is None
-    closure = replace(narrow.settings, contact=replace(SMALL.contact, metric="closure"), limits=ROBUST.limits)
-    assert widened(replace(narrow, settings=closure), [replace(wide.solutions[0], checks=(failed(wide),))]) is None
+def test_limits_of_a_user_s_own_are_not_widened_nor_those_without_an_equilibrium(wide, cut):
+    assert widened(cut.problem, cut.solutions).settings == wide.problem.settings  # type: ignore[union-attr]
+    assert widened(cut.problem, wide.solutions) is None  # one is feasible
+    assert widened(cut.problem, ()) is None
+    for limits in (replace(NARROW, shift=0.002), replace(NARROW, rotation_deg=5.0)):
+        own = replace(cut.problem, settings=replace(loaded(0.6), limits=limits))
+        assert widened(own, cut.solutions) is None
+    closure = replace(loaded(0.6), contact=replace(SMALL.contact, metric="closure"))
+    assert widened(replace(cut.problem, settings=closure), cut.solutions) is None
 
 
-def failed(plan: Plan) -> object:
-    return replace(plan.solutions[0].checks[0], passed=False)
+def test_limits_that_were_widened_are_told_as_they_were_asked_for(wide, cut):
+    assert narrow(wide.problem.settings) == cut.problem.settings == narrow(cut.problem.settings)
 
 
-def test_a_search_that_goes_on_ends_with_the_wide_limits_too(wide):
-    narrow = planned(moving(STILL, 0.0))
-    problem = with_limits(narrow.problem, moving(STILL, 0.01).limits)
-    *_, last = improve(replace(narrow, problem=problem, ending=Ending(rounds=1)))
-    assert last.problem.settings == wide.problem.settings
-    np.testing.assert_array_equal(last.best.joints, wide.best.joints)  # type: ignore[union-attr]
+def test_a_search_that_goes_on_ends_with_the_wide_limits_too(wide, cut):
+    ending = replace(cut.ending, widen=True)
+    *_, last = improve(replace(cut, ending=ending))
+    assert (last.widened, last.vain, last.problem.settings) == (True, 1, wide.problem.settings)
+    np.testing.assert_array_equal(last.best.joints, wide.best.joints)
+    assert not list(improve(cut))
+    assert not list(improve(last))
 
 
-def test_a_caution_says_how_far_the_object_may_move_and_how_far_it_may_not(wide):
+def test_a_plan_that_follows_its_object_keeps_the_wide_limits_and_one_made_afresh_tries_the_narrow_ones(wide):
+    moved = replan(wide, moved_cloud(observation(), np.array([0.004, 0.0, 0.0])))
+    assert (moved.replanned, moved.widened, moved.best is not None) == ("moved", True, True)
+    afresh = replan(replace(wide, solutions=()))
+    assert (afresh.replanned, afresh.widened, afresh.vain) == ("", True, 1)
+    np.testing.assert_array_equal(afresh.best.joints, wide.best.joints)  # type: ignore[union-attr]
+
+
+def test_a_deadline_that_cuts_the_wide_limits_leaves_them_to_be_tried(cut, monkeypatch):
+    times = iter([0.0, 2.0])
+    monkeypatch.setattr("sgnlp.planning.rounds.time.perf_counter", lambda: next(times, 2.0))
+    monkeypatch.setattr("sgnlp.planning.rounds._rounds", lambda search, *_: Ended(search, [*cut.solutions]))
+    from sgnlp.planning.rounds import in_rounds
+
+    search = Search(cut.problem, observation(), np.zeros(3), cut.solver, 1, 0, 1, 60.0)
+    assert in_rounds(search, replace(cut.ending, widen=True), 1.0, lambda result: None).vain == 0
+    assert in_rounds(search, replace(cut.ending, widen=True), inf, lambda result: None).vain == 1
+
+
+def test_caution_headline_and_the_command_that_makes_it_again_tell_of_the_wide_limits(wide, cut, tmp_path):
     said = [caution for caution in wide.summary()["cautions"] if "while it is grasped" in caution]
     assert len(said) == 1
-    assert "move by 10 mm" in said[0]
-    assert "1 mm no start was feasible" in said[0]
-    assert not any("while it is grasped" in caution for caution in planned(moving(0.01, 0.02)).summary()["cautions"])
+    assert "moves by 2° and 3 mm at most" in said[0]
+    assert "lets it move by 10° and 10 mm" in said[0]
+    assert not any("while it is grasped" in caution for caution in cut.summary()["cautions"])
+    assert "1 of 1 starts feasible, 1 more with narrower limits of motion in vain, in" in headline(wide)
+    wide.save(tmp_path / "wide")
+    meta = results.load_grasps(tmp_path / "wide").meta
+    assert (meta["widened"], meta["vain"]) == (True, 1)
+    assert "rotation" not in again.command(meta, tmp_path).replace("--limits.rotation-deg 2", "")
+    assert "--limits.shift 0.01" not in again.command(meta, tmp_path)
 
 
 def test_a_batch_knows_a_result_with_wide_limits_as_its_own(wide, tmp_path):
     np.savez(tmp_path / "one.npz", points=observation().points)
-    task = Task(settings=moving(STILL, 0.01), count=1, ending=Ending(rounds=1), root=tmp_path)
+    task = Task(settings=loaded(0.6), count=1, ending=replace(wide.ending, rounds=1), root=tmp_path)
 
-    def rows(task: Task) -> list[bool]:
+    def reused(task: Task) -> list[bool]:
         return [row.reused for row in batch([tmp_path / "one.npz"], task, tmp_path / "results", Here())]
 
-    assert rows(task) == [False]
-    assert rows(task) == [True]
-    assert rows(replace(task, settings=moving(STILL, 0.02))) == [False]
-
-
-def test_wide_limits_are_never_narrower():
-    limits = Limits(rotation_deg=5.0, shift=0.004, wide_rotation_deg=2.0, wide_shift=0.01)
-    assert limits.motion(0.0) == limits.motion(0.0, wide=False) == (5.0, 0.004)
-    assert replace(limits, widened=True).motion(0.0) == limits.motion(0.0, wide=True) == (5.0, 0.01)
-    assert ROBUST.limits.motion(3.0, wide=True) > ROBUST.limits.motion(3.0)
-
-
-def test_a_heavy_object_may_sag_by_more_than_both_limits():
-    limits = Limits(shift=0.003, give=0.001, wide_shift=0.01)
-    assert limits.motion(5.0)[1] == 0.005
-    assert limits.motion(20.0)[1] == limits.motion(20.0, wide=True)[1] == 0.02
+    assert reused(task) == [False]
+    assert reused(task) == [True]
+    assert reused(replace(task, settings=wide.problem.settings)) == [False]
+    assert reused(replace(task, ending=replace(task.ending, widen=False))) == [False]  # and there is no grasp
+    assert reused(task) == [False]

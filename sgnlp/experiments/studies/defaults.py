@@ -48,7 +48,6 @@ _TORQUES = {"limits.effort": 1.0}
 _CONTACT = {"closing.planned": True, "closing.c_freedom": 0.3, "limits.place_error": 0.008, "limits.effort": 1.0}
 _FREE = {"free_space.used": True, "weights.uncer": 0.0, "closing.margin": 0.008, "limits.place_error": 0.016}
 _STILL = {"limits.rotation_deg": 2.0, "limits.shift": 0.003, "limits.give": 0.001}
-_STILL |= {"limits.wide_rotation_deg": 10.0, "limits.wide_shift": 0.01}
 STEPS = {
     "paper": Step("", {}),
     "whole hand covered": Step("paper", {"spheres": "cover", "limits.table_margin": 0.012}),

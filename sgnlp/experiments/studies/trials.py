@@ -150,16 +150,15 @@ def trial(setup: Setup, file: Path, condition: Condition, views: list[str]) -> l
 
 def told(plan: Plan, condition: Condition, views: list[str]) -> dict[str, Any]:
     """The columns of a row about the plan."""
-    widened = plan.problem.settings.limits.widened
     found = {
         "object": plan.observation.name,
         "condition": condition.name,
         "half": plan.observation.half,
         "views": " ".join(views),
         "starts": plan.count,
-        "feasible": feasible(plan) if plan.rounds == 1 and not widened else 0,
+        "feasible": feasible(plan) if plan.rounds == 1 and not plan.widened else 0,
         "rounds": plan.rounds,
-        "widened": widened,
+        "widened": plan.widened,
         "seconds": plan.seconds["solve"],
     }
     if plan.best is not None:

@@ -4,7 +4,7 @@ import json
 import os
 import re
 import textwrap
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +58,12 @@ def _head(draft: Draft, folder: Path) -> Iterator[str]:
             yield f"  {_word(name)}: {{joint: {_word(other)}, multiplier: {factor:g}, offset: 0}}"
 
 
+def listed(names: Sequence[str]) -> str:
+    """Names in a sentence."""
+    *others, last = names
+    return f"{', '.join(others)} and {last}" if others else last
+
+
 def _effort(draft: Draft) -> Iterator[str]:
     names, strength = own_joints(draft.body.skeleton.model), draft.strength
     if strength.told.all():
@@ -80,9 +86,8 @@ def _fingers(draft: Draft) -> Iterator[str]:
         order = "from the thumb's neighbour on, the thumb last"
         yield from _note(f"Guessed: a finger for each chain of joints below the root, {order}: {thumb}.")
     if draft.left:
-        *others, last = draft.left
-        names = f"{', '.join(others)} and {last}" if others else last
-        few = f"with so few joints {names} cannot meet an object together with the others, so they are no fingers here"
+        names = listed(draft.left)
+        few = f"{names} have too few joints to touch an object together with the others, so they are no fingers here"
         yield from _note(f"Guessed: {few}. Their links are kept clear of it.")
     yield from _note("Guessed: each pad is the sphere nearest to the skin of the end, on the side that it closes to.")
     yield "fingers:"

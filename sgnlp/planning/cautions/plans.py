@@ -15,8 +15,8 @@ from sgnlp.planning.kkt import SOLVED_FACTOR
 from sgnlp.planning.recompute import recompute
 from sgnlp.planning.solution import torque_share
 from sgnlp.planning.starts import starts
+from sgnlp.planning.widening import narrow
 from sgnlp.program.constraints import preset_constraints
-from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.program.terms import preset_terms
 
 FEASIBLE_SHARE = 0.5
@@ -63,15 +63,16 @@ def no_feasible(result: Planned) -> str:
 
 
 def moves(result: Planned) -> str:
-    """The object moves more than it should on its way to the equilibrium, because no other grasp was found."""
-    settings = Settings.restored(result.grasps.meta["settings"])
-    limits, weight = settings.limits, settings.contact.mass * GRAVITY
-    if not limits.widened:
+    """The object may move more than it usually may on its way to the equilibrium."""
+    meta = result.grasps.meta
+    if not meta.get("widened"):
         return ""
-    (turn, shift), (least, way) = limits.motion(weight), limits.motion(weight, wide=False)
+    settings = Settings.restored(meta["settings"])
+    wide, usual = settings.limits, narrow(settings).limits
     return (
-        f"The object may turn by {turn:g}° and move by {1e3 * shift:g} mm while it is grasped: with {least:g}° and "
-        f"{1e3 * way:g} mm no start was feasible. --limits.wide-rotation-deg and --limits.wide-shift set how far."
+        f"No start was feasible with an object that moves by {usual.rotation_deg:g}° and {1e3 * usual.shift:g} mm at "
+        f"most while it is grasped. This grasp lets it move by {wide.rotation_deg:g}° and {1e3 * wide.shift:g} mm; "
+        "--no-widen leaves such grasps out."
     )
 
 
