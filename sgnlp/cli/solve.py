@@ -142,7 +142,7 @@ def _next(plan: Plan, folder: Path) -> list[str]:
     """What to do now."""
     if plan.best is None:
         more = f"--starts {MORE * plan.tried} tries more"
-        return [f"next:  --solver.formulation elastic tells by how much constraints are missed; {more}"]
+        return [f"next:  --solver.formulation elastic --no-widen tells by how much constraints are missed; {more}"]
     known = plan.observation.mesh_vertices is not None
     simulated = "  see whether it holds, in MuJoCo" if known else " --estimated  carry it out, on the estimated surface"
     return [

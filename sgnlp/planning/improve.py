@@ -21,7 +21,8 @@ def improve(plan: Plan, count: int = 0) -> Iterator[Plan]:
     """Go on with the starts that a plan left out, yielding a better plan whenever one of them ends.
 
     Leaving the iteration ends the processes. The last plan is the one that `solve` gives without `first` and
-    `deadline`. A plan with wide limits of motion goes on with these.
+    `deadline`. A plan with wide limits of motion goes on with these. Far from the origin rounding may lead some starts
+    elsewhere, since `solve` moves the cloud there and back.
 
     Args:
         plan: of `sgnlp.solve`, that ended with its `first` grasps or at its `deadline`.

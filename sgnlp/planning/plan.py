@@ -14,7 +14,7 @@ from sgnlp.perception.observation import Observation
 from sgnlp.planning import results
 from sgnlp.planning.cautions import cautions
 from sgnlp.planning.cautions.planned import Planned
-from sgnlp.planning.ending import Ending
+from sgnlp.planning.ending import ENOUGH, Ending
 from sgnlp.planning.environment import machine, surface_backend, versions
 from sgnlp.planning.extension import Extension
 from sgnlp.planning.grasps import Grasps, stack
@@ -101,6 +101,7 @@ class Plan:
             "seed": self.seed,
             "starts": self.count,
             "tried": self.tried,
+            "left": sum(failure.reason == ENOUGH for failure in self.failures),
             "widened": self.widened,
             "vain": self.vain,
             "timeout": self.timeout,

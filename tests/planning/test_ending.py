@@ -21,6 +21,7 @@ from sgnlp.planning.improve import improve
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.pool import TOO_LATE, Failure, map_starts, solve_start
+from sgnlp.planning.replan import replan
 from sgnlp.planning.solution import Solution
 from sgnlp.planning.solve import solve
 from sgnlp.planning.starts import Start, starts
@@ -75,6 +76,8 @@ def test_a_plan_that_ends_with_its_first_grasp_has_the_same_of_the_whole_plan(wh
     assert same(plan, replace(whole, solutions=(first,)))
     assert plan.failures == tuple(Failure(i, ENOUGH) for i in range(1, STARTS))
     assert plan.meta()["first"] == 1
+    assert plan.meta()["left"] == STARTS - 1
+    assert not [said for said in plan.summary()["cautions"] if "starts" in said]  # those left out have not failed
     assert plan.meta()["starts"] == STARTS
 
 
@@ -226,3 +229,13 @@ def test_an_end_that_comes_before_the_beginning_is_refused(first, deadline, name
 def test_a_search_without_a_round_is_refused():
     with pytest.raises(InputError, match="rounds must be positive"):
         solve(observation(), hand(), SMALL, rounds=0)
+
+
+def test_going_on_with_what_is_no_plan_is_refused_by_name(whole):
+    for wrong, said in ((None, "plan must be of Plan"), (whole.best, "plan must be of Plan")):
+        with pytest.raises(InputError, match=said):
+            list(improve(wrong))
+        with pytest.raises(InputError, match=said):
+            replan(wrong)
+    with pytest.raises(InputError, match="count must be a whole number"):
+        list(improve(whole, "3"))  # type: ignore[arg-type]

@@ -77,8 +77,9 @@ def moves(result: Planned) -> str:
 
 
 def _tried(result: Planned) -> int:
-    """The number of starts; those of which there are grasps, where nothing is said of others."""
-    return int(result.grasps.meta.get("tried", len(result.grasps)))
+    """The number of starts that were not left out; those of which there are grasps, where nothing is said of others."""
+    meta = result.grasps.meta
+    return int(meta.get("tried", len(result.grasps))) - int(meta.get("left", 0))
 
 
 def _obstacles(result: Planned) -> str:
