@@ -11,6 +11,7 @@ from sgnlp.hand.hand import Hand
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.ending import MOST
 from sgnlp.planning.extension import Extension
+from sgnlp.planning.plan import Plan
 from sgnlp.planning.solvers.solver import Solver
 from sgnlp.program.formulation import Formulation
 
@@ -19,6 +20,7 @@ Kinds = tuple[tuple[type, ...], str]
 LIST: Kinds = ((list, tuple, set, frozenset), "it is a list")
 WHOLE: Kinds = ((Integral,), "it is a whole number")
 SECONDS: Kinds = ((Real,), "it is a number of seconds")
+PLAN: Kinds = ((Plan,), "sgnlp.solve gives one")
 OBSERVATION: Kinds = ((Observation,), "sgnlp.load(file) and sgnlp.observe(points) give one")
 OF_SOLVE: Mapping[str, Kinds] = {
     "observation": OBSERVATION,

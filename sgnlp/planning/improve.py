@@ -6,8 +6,8 @@ from contextlib import closing
 from dataclasses import replace
 from math import inf
 
-from sgnlp.base.checked import require
 from sgnlp.base.errors import InputError
+from sgnlp.planning import arguments
 from sgnlp.planning.ending import ENOUGH, LEFT, hopeful
 from sgnlp.planning.faraway import moved_cloud, moved_problem, origin
 from sgnlp.planning.plan import Plan
@@ -31,8 +31,7 @@ def improve(plan: Plan, count: int = 0) -> Iterator[Plan]:
     Raises:
         InputError: `plan` is none, or `count` is negative.
     """
-    require("plan", plan, Plan)
-    require("count", count, int)
+    arguments.check({"plan": plan, "count": count}, {"plan": arguments.PLAN, "count": arguments.WHOLE})
     if count < 0:
         raise InputError(f"count {count} must not be negative")
     begin, now, count = time.perf_counter() - plan.seconds["solve"], plan, max(count, plan.count)

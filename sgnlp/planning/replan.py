@@ -3,11 +3,11 @@
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from types import NoneType
 
 import numpy as np
 
 from sgnlp.base.arrays import Array
-from sgnlp.base.checked import require
 from sgnlp.base.errors import InputError, SolverError
 from sgnlp.base.threads import one_thread
 from sgnlp.hand.hand import Hand
@@ -57,7 +57,11 @@ class Touch:
             raise InputError("the normal of a touch must not be 0")
 
 
-KINDS = {"observation": arguments.OBSERVATION, "touches": arguments.LIST}
+KINDS: dict[str, arguments.Kinds] = {
+    "plan": arguments.PLAN,
+    "observation": ((Observation, NoneType), arguments.OBSERVATION[1]),
+    "touches": arguments.LIST,
+}
 
 
 def replan(plan: Plan, observation: Observation | None = None, touches: Sequence[Touch] = ()) -> Plan:
@@ -75,9 +79,7 @@ def replan(plan: Plan, observation: Observation | None = None, touches: Sequence
     Raises:
         InputError: a touch is far from the object.
     """
-    require("plan", plan, Plan)
-    seen = plan.observation if observation is None else observation
-    arguments.check({"observation": seen, "touches": touches}, KINDS)
+    arguments.check({"plan": plan, "observation": observation, "touches": touches}, KINDS)
     with one_thread():
         return _replanned(plan, observation, touches)
 

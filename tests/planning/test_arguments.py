@@ -1,7 +1,5 @@
 """What is given to `solve`, `replan` and `simulate` in the place of something else is refused by name."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from scenes import SMALL, hand, observation
@@ -10,6 +8,7 @@ import sgnlp
 from sgnlp.base.errors import InputError
 from sgnlp.planning import arguments
 from sgnlp.planning.ending import Ending
+from sgnlp.planning.plan import Plan
 
 
 class Height(sgnlp.Term):
@@ -52,10 +51,11 @@ def test_more_starts_than_a_machine_bears_are_refused_before_anything_is_made():
 
 
 def test_so_are_those_of_replan_and_simulate():
-    plan = SimpleNamespace(observation=observation())
+    plan = object.__new__(Plan)
+    vars(plan)["observation"] = observation()
     with pytest.raises(InputError, match="observation is of type ndarray"):
         sgnlp.replan(plan, np.zeros((5, 3)))
     with pytest.raises(InputError, match="touches is of type Touch"):
         sgnlp.replan(plan, touches=sgnlp.Touch(np.zeros(3), np.ones(3)))
-    with pytest.raises(InputError, match=r"solution is of type SimpleNamespace; plan\.best is one"):
+    with pytest.raises(InputError, match=r"solution is of type Plan; plan\.best is one"):
         sgnlp.simulate(plan, observation())

@@ -232,10 +232,10 @@ def test_a_search_without_a_round_is_refused():
 
 
 def test_going_on_with_what_is_no_plan_is_refused_by_name(whole):
-    for wrong, said in ((None, "plan must be of Plan"), (whole.best, "plan must be of Plan")):
+    for wrong, said in ((None, "plan is of type NoneType; sgnlp.solve"), (whole.best, "plan is of type Solution")):
         with pytest.raises(InputError, match=said):
             list(improve(wrong))
         with pytest.raises(InputError, match=said):
             replan(wrong)
-    with pytest.raises(InputError, match="count must be a whole number"):
+    with pytest.raises(InputError, match="count is of type str"):
         list(improve(whole, "3"))  # type: ignore[arg-type]
