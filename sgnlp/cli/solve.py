@@ -134,7 +134,7 @@ def _show(
         console.print(confidence.words(plan.best.confidence), soft_wrap=True)
     for line in plan.motion.told() if plan.motion else ():
         console.print(line, soft_wrap=True)
-    console.print(tables.headline(plan))
+    console.print(tables.headline(plan), soft_wrap=True)
     console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)
 
 
