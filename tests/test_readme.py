@@ -325,14 +325,14 @@ def test_the_page_on_an_arm_says_what_its_rows_do():
     heavy = found[found.load == "0.3 kg, μ 0.6"]
     held = heavy.pivot(index="object", columns="condition", values="score")
     planned = held.drop(index=heavy[heavy.ending == NO_PLAN].object.unique())
-    assert dict((planned < 1).sum()) == {"free wrist": 1, "free wrist, obstacle": 2, "panda": 0, "panda, obstacle": 5}
-    assert says("arm", "two grasps of the free wrist fail then, and five of the arm")
-    assert says("arm", "Without the box one of these objects was not held")
+    assert dict((planned < 1).sum()) == {"free wrist": 1, "free wrist, obstacle": 0, "panda": 1, "panda, obstacle": 3}
+    assert says("arm", "under the heavy load one object is lost at most. With both, three are lost")
     assert says("arm", f"{len(held)} held-out problems")
-    assert 8.0 < found.obstacle_mm.min() < 9.0
+    assert 8.0 < found.obstacle_mm.min() < 10.0
     assert says("arm", "No grasp that was called feasible comes nearer than 8 mm")
-    assert (found.obstacles_touched > 0).sum() == 1
-    assert says("arm", "One motion touched the box")
+    assert (found.obstacles_touched > 0).sum() == 3
+    assert found.condition.str.contains("obstacle").sum() == 196
+    assert says("arm", "Three motions of the 196 beside a box touch it")
     seconds = found.pivot_table(index="object", columns="condition", values="seconds")
-    assert round((seconds["panda, obstacle"] / seconds["free wrist"]).median(), 1) == 2.8
-    assert says("arm", "A plan takes 2.8 times as long with both")
+    assert round((seconds["panda, obstacle"] / seconds["free wrist"]).median(), 1) == 2.5
+    assert says("arm", "A plan takes 2.5 times as long with both")
