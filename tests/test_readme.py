@@ -15,7 +15,7 @@ from readers import pieces_are_coarse, plans_are_cheap, simulations_are_brief
 from sgnlp.experiments.benchmarks import replanning
 from sgnlp.experiments.benchmarks.measure import Row
 from sgnlp.experiments.frames import Frame, frame
-from sgnlp.experiments.studies import arm, calibration, confidence, convergence, pose, triangles
+from sgnlp.experiments.studies import arm, calibration, confidence, convergence, hands, pose, triangles
 from sgnlp.experiments.studies.trials import NO_PLAN
 from sgnlp.planning import results
 from sgnlp.planning.cautions.clouds import UNSEEN_ERROR_MM
@@ -318,6 +318,16 @@ def test_the_planar_limit_of_the_release_never_binds():
     (line,) = (line for line in found if (line["limit on"], line["limit [N m]"]) == ("Jᵀf", "12"))
     assert line["compliant"] == line["direct"] == line["poses"]
     assert says("triangles", "the same limit never binds")
+
+
+def test_the_page_on_hands_says_what_its_rows_do():
+    found = framed("hands", hands.Row)
+    held = found[found.ending == "held"]
+    assert dict(held[held.widened].condition.value_counts()) == {"svh_right": 8, "inspire_right": 1}
+    assert [(held.condition == hand).sum() for hand in ("svh_right", "inspire_right")] == [11, 1]
+    assert says(
+        "hands", "Eight of the SVH's eleven grasps that held, and the Inspire's only one, came from the wide limits"
+    )
 
 
 def test_the_page_on_an_arm_says_what_its_rows_do():

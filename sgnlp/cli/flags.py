@@ -111,7 +111,7 @@ class Ended:
 
     @property
     def ending(self) -> Ending:
-        """The three together."""
+        """All of these together."""
         return Ending(self.first, self.deadline, self.rounds, self.widen)
 
 

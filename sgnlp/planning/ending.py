@@ -1,7 +1,8 @@
 """When a search for grasps ends: after the first round with a feasible one, with enough of them, or at a deadline."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Self
 
 from sgnlp.base.errors import InputError
 from sgnlp.planning.pool import TOO_LATE, Failure
@@ -44,6 +45,11 @@ class Ending:
             if value is not None and not value > 0:
                 raise InputError(f"{name} must be positive, not {value:g}")
 
+    @property
+    def whole(self) -> Self:
+        """The same for all starts: neither `first` nor `deadline`."""
+        return replace(self, first=None, deadline=None)
+
     def totals(self, count: int) -> list[int]:
         """The number of starts after each round of `count`, none of more than `MOST` in all."""
         return [*range(count, min(count * self.rounds, MOST) + 1, count)]
@@ -67,7 +73,12 @@ def hopeful(results: Iterable[Solution | Failure]) -> bool:
     Where all have failed, a solver that refuses the program or a limit that is too short will fail the others, too.
     """
     solutions = [result for result in results if isinstance(result, Solution)]
-    return any(map(_near, solutions)) and not any(solution.feasible for solution in solutions)
+    return any(map(_near, solutions)) and not any_feasible(solutions)
+
+
+def any_feasible(results: Iterable[Solution | Failure]) -> bool:
+    """Whether one of these is a feasible solution."""
+    return any(isinstance(result, Solution) and result.feasible for result in results)
 
 
 def _near(solution: Solution) -> bool:

@@ -13,7 +13,7 @@ from sgnlp.planning.faraway import moved_cloud, moved_problem, origin
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.reach import OUT_OF_REACH
-from sgnlp.planning.rounds import Ended, with_wide_limits
+from sgnlp.planning.rounds import Searched, with_wide_limits
 from sgnlp.planning.search import Found, Result, Search
 
 
@@ -29,24 +29,23 @@ def improve(plan: Plan, count: int = 0) -> Iterator[Plan]:
         count: number of starts in all, if it is more than the plan has tried.
 
     Raises:
-        InputError: `plan` is none, or `count` is negative.
+        InputError: `plan` is no plan, or `count` is negative.
     """
     arguments.check({"plan": plan, "count": count}, {"plan": arguments.PLAN, "count": arguments.WHOLE})
     if count < 0:
         raise InputError(f"count {count} must not be negative")
     begin, now, count = time.perf_counter() - plan.seconds["solve"], plan, max(count, plan.count)
-    whole = replace(plan.ending, first=None, deadline=None)
     search = _search(plan, max(count, plan.tried))
     for found, waits in _going_on(search, plan, count):
         now = _with(plan, (plan.problem, *found[1:]), begin, count)
-        now = now if waits else replace(now, ending=whole)
+        now = now if waits else replace(now, ending=plan.ending.whole)
         yield now
     if not now.vain:
-        narrow = Ended(replace(search, count=now.tried), [*now.solutions, *now.failures])
-        wide = with_wide_limits(narrow, count, whole, inf, lambda result: None)
+        narrow = Searched(replace(search, count=now.tried), [*now.solutions, *now.failures])
+        wide = with_wide_limits(narrow, count, plan.ending.whole, inf, lambda result: None)
         if wide.wide:
             better = _with(plan, wide.search.found(wide.results), begin, count)
-            yield replace(better, ending=whole, widened=True, vain=wide.vain)
+            yield replace(better, ending=plan.ending.whole, widened=True, vain=wide.vain)
 
 
 def _search(plan: Plan, count: int) -> Search:

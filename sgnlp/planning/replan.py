@@ -115,9 +115,7 @@ def _asked(plan: Plan) -> Asked:
     """What the plan was asked for, but for its end."""
     problem = plan.problem
     given = problem.hand, problem.settings, plan.given, problem.additions, plan.extension
-    return Asked(
-        *given, plan.count, plan.seed, plan.jobs, plan.timeout, replace(plan.ending, first=None, deadline=None)
-    )
+    return Asked(*given, plan.count, plan.seed, plan.jobs, plan.timeout, plan.ending.whole)
 
 
 def _known(problem: Problem) -> Known | None:

@@ -1,8 +1,8 @@
 """Wider limits of the object's motion than those of `robust`, for objects where no start is feasible with these.
 
 Little motion makes a plan happen as planned. But a finger with few joints presses only along some directions, so the
-object moves more before the forces balance. Only bounds of the program change, not its functions. Limits of a user's
-own are never widened.
+object moves more before the forces balance. Only bounds of the program change, not its functions. Limits other than
+those of `robust` are a user's own and never widened.
 """
 
 from collections.abc import Iterable
@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
+from sgnlp.planning.ending import any_feasible
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.problem import Problem, with_limits
 from sgnlp.planning.solution import Solution
@@ -23,7 +24,7 @@ def widened(problem: Problem, results: Iterable[Solution | Failure]) -> Problem 
     settings, solutions = problem.settings, [result for result in results if isinstance(result, Solution)]
     if settings != narrow(settings) or settings.contact.metric != "spring":
         return None
-    if not solutions or any(solution.feasible for solution in solutions):
+    if not solutions or any_feasible(solutions):
         return None
     return with_limits(problem, replace(settings.limits, rotation_deg=WIDE_ROTATION, shift=WIDE_SHIFT))
 

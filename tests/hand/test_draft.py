@@ -539,3 +539,6 @@ def test_the_command_writes_a_folder_draws_it_and_does_not_write_over_another(
     assert run([*arguments, "--force"]) == 0
     assert "no picture: nothing draws" in capsys.readouterr().out
     assert (tmp_path / "hand" / "hand.yaml").read_text("utf-8") == text(radial_draft, tmp_path / "hand")
+    monkeypatch.setattr(draft_hand, "draft", lambda *given: replace(radial_draft, left=("ring", "little")))
+    assert run([*arguments, "--force"]) == 0
+    assert "together with the others: ring and little; --tips names" in capsys.readouterr().out

@@ -17,7 +17,7 @@ from sgnlp.planning.faraway import moved_cloud
 from sgnlp.planning.improve import improve
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.replan import replan
-from sgnlp.planning.rounds import Ended
+from sgnlp.planning.rounds import Searched
 from sgnlp.planning.search import Search
 from sgnlp.planning.solve import solve
 from sgnlp.planning.widening import WIDE_ROTATION, WIDE_SHIFT, narrow, widened
@@ -121,7 +121,7 @@ def test_a_plan_that_follows_its_object_keeps_the_wide_limits_and_one_made_afres
 def test_a_deadline_that_cuts_the_wide_limits_leaves_them_to_be_tried(cut, monkeypatch):
     times = iter([0.0, 2.0])
     monkeypatch.setattr("sgnlp.planning.rounds.time.perf_counter", lambda: next(times, 2.0))
-    monkeypatch.setattr("sgnlp.planning.rounds._rounds", lambda search, *_: Ended(search, [*cut.solutions]))
+    monkeypatch.setattr("sgnlp.planning.rounds._rounds", lambda search, *_: Searched(search, [*cut.solutions]))
     from sgnlp.planning.rounds import in_rounds
 
     search = Search(cut.problem, observation(), np.zeros(3), cut.solver, 1, 0, 1, 60.0)
@@ -150,7 +150,8 @@ def test_a_batch_knows_a_result_with_wide_limits_as_its_own(wide, tmp_path):
     def reused(task: Task) -> list[bool]:
         return [row.reused for row in batch([tmp_path / "one.npz"], task, tmp_path / "results", Here())]
 
-    assert reused(task) == [False]
+    (row,) = batch([tmp_path / "one.npz"], task, tmp_path / "results", Here())
+    assert (row.reused, row.feasible, row.widened) == (False, True, True)
     assert reused(task) == [True]
     assert reused(replace(task, settings=wide.problem.settings)) == [False]
     assert reused(replace(task, ending=replace(task.ending, widen=False))) == [False]  # and there is no grasp
