@@ -51,13 +51,13 @@ class FreeSpace(Checked):
     section = "free_space"
     used: bool = False
     """use the space that cameras saw through; off, or without camera positions: fit the training set of `gpis`"""
-    surface_points: Annotated[int, (10, 5000)] = 120
+    surface_points: Annotated[int, (10, 5000)] = 110
     """number of measured points kept by farthest-point sampling"""
     surface_noise: Positive = 0.0025
     """deviation of a measured point [m]"""
-    table_points: Annotated[int, (0, 5000)] = 30
+    table_points: Annotated[int, (0, 5000)] = 20
     """number of points of the table under the cloud, where no camera saw through to the table"""
-    near_points: Annotated[int, (1, 5000)] = 55
+    near_points: Annotated[int, (1, 5000)] = 45
     """number of free points near the visual hull"""
     near_from: NotNegative = 0.004
     """they are at least this far from the hull [m]"""
@@ -73,6 +73,10 @@ class FreeSpace(Checked):
     """value of a far point over its distance to the hull: the hull is larger than the object"""
     noise: Positive = 0.004
     """deviation of the value of a free point [m]"""
+    symmetry_points: Annotated[int, (0, 5000)] = 30
+    """number of points of the side that no camera saw, where the measured ones are after half a turn; 0: none"""
+    symmetry_noise: Positive = 0.01
+    """deviation of these points [m]: not every object looks the same after half a turn"""
     prior_mean: Positive = 0.1
     """prior mean, and prior deviation of kernels that have one [m]"""
     support_scale: Annotated[float, (1.0, 10.0)] = 2.2

@@ -2,8 +2,8 @@
 
 The metric distance d = μ/|∇μ|, with its deviation σ_d = σ/|∇μ|, is compared with the true signed distance d*: at points
 of the true surface that a fingertip can touch, and at the centre of a pad that touches there. The normal is compared
-with the true one. The surface is fitted to the cloud alone, and with free space, with each kernel and with a sum of a
-smooth and a short one.
+with the true one. The surface is fitted to the cloud alone, and with free space, with each kernel, with a sum of a
+smooth and a short one, and without a guess of the hidden side.
 
 An interval of level q is ± Φ⁻¹((1 + q)/2) σ_d; it is calibrated if a share q of the errors lies inside. The factor on
 σ_d that comes nearest to this is fitted on the tuning half and judged on the other. The errors are kept as quantiles,
@@ -11,7 +11,7 @@ so that other intervals can be tried later.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import nan
 from pathlib import Path
@@ -66,12 +66,14 @@ class Sum(Kernel):
         return a, b, c, d
 
 
-SURFACES: dict[str, tuple[str, bool]] = {
-    "cloud alone": ("thin_plate", False),
-    **{f"free space, {name.replace('_', ' ')}": (name, True) for name in KERNELS},
-    "free space, thin plate + short": ("sum", True),
+SURFACES: dict[str, tuple[str, bool, bool]] = {
+    "cloud alone": ("thin_plate", False, False),
+    **{f"free space, {name.replace('_', ' ')}": (name, True, True) for name in KERNELS},
+    "free space, thin plate + short": ("sum", True, True),
+    "free space without symmetry": ("thin_plate", True, False),
 }
-"""Each surface with its kernel, and whether free space is used; the second is that of `robust`."""
+"""Each surface with its kernel, whether free space is used, and whether the hidden side is guessed by symmetry; the
+second is that of `robust`."""
 AS_SET = "free space, thin plate"
 
 
@@ -134,8 +136,9 @@ def rows_of(setup: Setup, file: Path, views: list[str]) -> list[Row]:
     known = truth(observation, np.random.default_rng(setup.seed))
     seen = cdist(known.points, observation.points).min(axis=1) < SEEN
     rows = []
-    for name, (kernel, used) in SURFACES.items():
+    for name, (kernel, used, symmetry) in SURFACES.items():
         free_space = setup.settings.free_space if used else FreeSpace()
+        free_space = free_space if symmetry else replace(free_space, symmetry_points=0)
         kind = Sum if kernel == "sum" else named(kernel)
         gpis = fit(training_set(observation, setup.settings.gpis, setup.seed, kind, free_space))
         key = (observation.name, " ".join(views), HALVES.get(observation.half, ""), name)
