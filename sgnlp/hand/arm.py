@@ -15,12 +15,12 @@ import pinocchio as pin
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
+from sgnlp.base.yaml_nodes import numbers, word
 from sgnlp.hand import arm_file, hand_file, library
 from sgnlp.hand.description import description
 from sgnlp.hand.description.source import source_file
 from sgnlp.hand.hand_file import Sphere
 from sgnlp.hand.model import coordinates, joint_model, own_joints, places
-from sgnlp.hand.yaml_nodes import numbers, word
 
 ARM_FILE = "arm.yaml"
 UNIT = 1e-6

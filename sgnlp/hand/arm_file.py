@@ -6,9 +6,9 @@ from typing import Any
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
+from sgnlp.base.yaml_nodes import any_mapping, frozen, mapping, numbers, positive, unknown_name
 from sgnlp.hand.description.tree import end
 from sgnlp.hand.hand_file import POSE_KEYS, pose
-from sgnlp.hand.yaml_nodes import any_mapping, frozen, mapping, numbers, positive, unknown_name
 
 KEYS = ("name", "urdf", "root", "flange", "home", "base", "mount", "spheres", "pairs")
 OPTIONAL = ("velocity", "effort")

@@ -14,13 +14,13 @@ import numpy as np
 import pinocchio as pin
 
 from sgnlp.base.errors import InputError
+from sgnlp.base.yaml_nodes import any_mapping, frozen, sequence, word
 from sgnlp.hand import hand_file
 from sgnlp.hand.description import Changes, description
 from sgnlp.hand.description.source import source_file
 from sgnlp.hand.findings import Finding, found_of, span
 from sgnlp.hand.hand import HAND_FILE, Hand, load_hand
 from sgnlp.hand.model import joint_model, mimics, own_joints
-from sgnlp.hand.yaml_nodes import any_mapping, frozen, sequence, word
 
 Part = TypeVar("Part")
 

@@ -16,6 +16,7 @@ import pinocchio as pin
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
+from sgnlp.base.yaml_nodes import frozen, word
 from sgnlp.hand import hand_file, library
 from sgnlp.hand.arm import Arm, available_arms, base_pose, load_arm, with_base, with_mount
 from sgnlp.hand.description import description
@@ -24,7 +25,6 @@ from sgnlp.hand.description.xml_file import content
 from sgnlp.hand.hand_file import Finger, Sphere, WristStart
 from sgnlp.hand.model import Mimic, joint_model, mimics, own_joints
 from sgnlp.hand.placements import Backend, backend, usable
-from sgnlp.hand.yaml_nodes import frozen, word
 
 HAND_FILE = "hand.yaml"
 

@@ -12,9 +12,7 @@ import yaml
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError, unknown
-from sgnlp.hand.description import Changes
-from sgnlp.hand.model import coordinates, link
-from sgnlp.hand.yaml_nodes import (
+from sgnlp.base.yaml_nodes import (
     Loader,
     any_mapping,
     check_order,
@@ -27,6 +25,8 @@ from sgnlp.hand.yaml_nodes import (
     unknown_name,
     word,
 )
+from sgnlp.hand.description import Changes
+from sgnlp.hand.model import coordinates, link
 
 KEYS = ("name", "urdf", "root", "effort", "fingers", "reference", "gains", "wrist", "spheres")
 OPTIONAL = ("limits", "couplings", "mirror")

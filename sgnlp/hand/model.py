@@ -13,7 +13,7 @@ import pinocchio as pin
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
-from sgnlp.hand.yaml_nodes import unknown_name
+from sgnlp.base.yaml_nodes import unknown_name
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,18 @@ import yaml
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
+from sgnlp.base.yaml_nodes import Loader
 from sgnlp.perception.clouds import floats
 
 YAML_SUFFIXES = (".yaml", ".yml")
 MILLIMETRE = 0.001  # [m] the unit of BOP's translations, and of its depth_scale
 MATRICES = ("K", "k", "camera_matrix", "cam_K", "intrinsics", "intrinsic")
 """Keys of the nine numbers of K."""
+DISTORTION = (
+    *("d", "D", "distortion_coefficients", "distortion_coeffs", "distCoeffs", "dist_coeffs", "coeffs", "distortion"),
+    *("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2"),
+)
+"""Keys of the lens's distortion, in one list or one by one."""
 KNOWN = (
     "K and pose, Open3D's (intrinsic, extrinsic), ROS's CameraInfo (k or K, d or D) with a pose, "
     "RealSense's (fx, fy, ppx, ppy) with a pose, or BOP's (cam_K, cam_R_w2c, cam_t_w2c)"
@@ -40,8 +46,9 @@ def read(path: Path, image: str, posed: bool = True) -> Camera:
     The pose may be missing unless `posed`. Raises `InputError`, which says what is missing, without the path.
     """
     try:
-        text = path.read_text(encoding="utf-8")
-        loaded = next(yaml.safe_load_all(text), None) if path.suffix.lower() in YAML_SUFFIXES else json.loads(text)
+        text = path.read_text(encoding="utf-8-sig")
+        read = _yaml if path.suffix.lower() in YAML_SUFFIXES else _json
+        loaded = read(text)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}") from error
     except (ValueError, yaml.YAMLError, RecursionError) as error:
@@ -60,6 +67,24 @@ def read(path: Path, image: str, posed: bool = True) -> Camera:
     elif "depth_scale" in found:  # metres for RealSense, millimetres for BOP
         notes.append(f"Did not use 'depth_scale', {found['depth_scale']}, of the camera's file; see --unit.")
     return Camera(K, pose, _size(source), unit, tuple(notes))
+
+
+def _yaml(text: str) -> Any:
+    """The first document."""
+    return next(yaml.load_all(text, Loader), None)
+
+
+def _json(text: str) -> Any:
+    return json.loads(text, object_pairs_hook=_unique)
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """The entries of an object, refused if a key is there twice: JSON takes the last."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        twice = next(key for key, _ in pairs if sum(key == other for other, _ in pairs) > 1)
+        raise InputError(f"the key '{twice}' is there twice; remove one")
+    return found
 
 
 def _numbers(found: Mapping[str, Any], key: str, count: int | None) -> Array:
@@ -82,10 +107,10 @@ def _one(found: dict[str, Any], image: str) -> dict[str, Any]:
         raise InputError(
             "has 'transform_matrix' with OpenGL's axes (y up, z back); give K and pose = it @ diag(1, -1, -1, 1)"
         )
-    entries = {str(key): entry for key, entry in found.items() if str(key).isdigit() and isinstance(entry, Mapping)}
+    entries = {str(key): entry for key, entry in found.items() if str(key).isdecimal() and isinstance(entry, Mapping)}
     if not entries or len(entries) < len(found):
         return found
-    number = str(int(image)) if image.isdigit() else None
+    number = str(int(image)) if image.isdecimal() else None
     if len(entries) > 1 and number not in entries:
         raise InputError(
             f"has the cameras of {len(entries)} images, none of which is '{image}'; save one of them as a file"
@@ -153,7 +178,7 @@ def _inverse(pose: Array) -> Array:
 
 def _undistorted(found: Mapping[str, Any]) -> None:
     """Refuse a lens with distortion: images are rectified."""
-    for key in ("d", "D", "distortion_coefficients", "coeffs", "distortion"):
+    for key in DISTORTION:
         if key in found:
             coefficients = _numbers(found, key, None)
             if not (coefficients == 0).all():

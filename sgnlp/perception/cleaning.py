@@ -138,6 +138,7 @@ class Cleaning:
             raise InputError(f"has {len(first)} different points of {count}, at least {settings.min_points} are needed")
         step = max(step_of_32_bits(raw[self.index], self.points), *coordinate_steps(self.points))
         if step > settings.max_step:
+            check_width(self.points, settings)  # whole millimetres are too wide, too
             raise InputError(
                 f"its coordinates are rounded to {1e3 * step:.0f} mm: too far from the origin for 32-bit numbers, or "
                 "saved with too few digits; subtract an offset before they are saved"
@@ -185,17 +186,23 @@ def moved(points: Array, pose: Array | None) -> Array:
     return points if pose is None else points @ pose[:3, :3].T + pose[:3, 3]
 
 
-def check_shape(points: Array, settings: ObservationSettings, table: float | None) -> None:
-    """Refuse a cloud without volume, or too wide or small for a hand.
-
-    A flat top is accepted if the `table` was given: its copy on the table closes the body from below.
-    """
+def check_width(points: Array, settings: ObservationSettings) -> float:
+    """The width of a cloud [m]; raises `InputError` if it is too wide for a hand."""
     width = float(np.ptp(points, axis=0).max())
     if width > settings.max_width:
         units = [f"in {name} (--scale {factor:g})" for name, factor in UNITS.items() if _usual(factor * width)]
         hint = f"is it {' or '.join(units)}, or a whole scene?" if units else "is it a whole scene?"
         hint += " `sgnlp cloud FILE` takes one object out of a scene"
         raise InputError(f"the cloud is {width:.4g} m wide, more than {settings.max_width:g} m; {hint}")
+    return width
+
+
+def check_shape(points: Array, settings: ObservationSettings, table: float | None) -> None:
+    """Refuse a cloud without volume, or too wide or small for a hand.
+
+    A flat top is accepted if the `table` was given: its copy on the table closes the body from below.
+    """
+    width = check_width(points, settings)
     if width < settings.min_width:
         hint = "is its unit the metre? (--scale multiplies all coordinates; 0.001 is for mm)"
         raise InputError(f"the cloud is {width:.4g} m wide, less than {settings.min_width:g} m; {hint}")

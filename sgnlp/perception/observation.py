@@ -77,9 +77,11 @@ class Reading(Checked):
     """how the cloud is cleaned"""
 
     def __post_init__(self) -> None:
-        """Accept views given by number, too."""
-        views = (self.views,) if isinstance(self.views, str) else self.views or ()
+        """Accept views given by number, too, and a pose given row by row."""
+        views = (self.views,) if isinstance(self.views, str | int) else self.views or ()
         object.__setattr__(self, "views", tuple(map(str, views)))
+        if isinstance(self.pose, list | tuple | np.ndarray):
+            object.__setattr__(self, "pose", tuple(np.ravel(np.asarray(self.pose, object)).tolist()))
         super().__post_init__()
 
 

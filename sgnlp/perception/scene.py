@@ -11,6 +11,7 @@ from sgnlp.base.arrays import Array, BoolArray, IntArray
 from sgnlp.base.errors import InputError
 from sgnlp.perception import free_space
 from sgnlp.perception.cleaning import ObservationSettings
+from sgnlp.perception.clouds import floats
 from sgnlp.perception.clusters import cells
 from sgnlp.perception.observation import DEFAULTS, Observation, observe
 from sgnlp.perception.sampling import grid_sample
@@ -29,6 +30,8 @@ TABLE_POINTS = 100
 """Fewest of these points; with fewer, the height is that of the fitted plane."""
 TABLE_DIGITS = 4
 """Decimals of that height [m]."""
+NEAR = 0.2
+"""A cluster is near a place within this [m]: objects on a table stand closer than that."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,11 +91,16 @@ class Scene:
 
     def nearest(self, place: ArrayLike) -> Cluster:
         """The possible object with the point nearest to a place (3,) [m] in the world. Raises `InputError` if none
-        is."""
-        p = np.asarray(place, np.float64)
+        is, or none within `NEAR`."""
+        p = floats(place, "place", (3,))
         if not self.choices:
             raise InputError("no cluster may be an object")
-        return min(self.choices, key=lambda cluster: float(np.linalg.norm(cluster.points - p, axis=1).min()))
+        distances = [float(np.linalg.norm(cluster.points - p, axis=1).min()) for cluster in self.choices]
+        least = int(np.argmin(distances))
+        if not distances[least] <= NEAR:
+            rule = f"at most {NEAR:g} m are near; the place must be in metres, in the world frame of the clusters"
+            raise InputError(f"the nearest cluster is {distances[least]:.2f} m from the place; {rule}")
+        return self.choices[least]
 
     def at_pixel(self, u: int, v: int) -> Cluster:
         """The cluster at column u and row v of the first view. Raises `InputError` if there is none."""

@@ -143,8 +143,8 @@ def _check_width(points: Array) -> None:
     low, high = np.quantile(points, (CROPPED, 1 - CROPPED), axis=0)
     width = float((high - low).max())
     if not WIDTHS[0] <= width <= WIDTHS[1]:
-        fits = [f"{f:g}" for f in UNITS.values() if USUAL[0] <= f * width <= USUAL[1]]
-        hint = f"; --unit {fits[0]} would make it {float(fits[0]) * width:.2g} m" if fits else ""
+        fits = [f"{f:g} would make it {f * width:.2g} m" for f in UNITS.values() if WIDTHS[0] <= f * width <= USUAL[1]]
+        hint = f"; --unit {', --unit '.join(fits)}" if fits else ""
         raise InputError(f"the scene is {width:.3g} m wide, not {WIDTHS[0]:g} to {WIDTHS[1]:g} m; see --unit{hint}")
 
 

@@ -10,6 +10,7 @@ A sphere is a box without extent, a half-space the top of a very large box.
 
 from dataclasses import dataclass, replace
 from functools import reduce
+from numbers import Real
 from typing import Self
 
 import numpy as np
@@ -101,7 +102,7 @@ class Shape:
 def _vector(values: ArrayLike, what: str, positive: bool = False) -> Array:
     try:
         found = np.asarray(values, float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         found = np.full(1, np.nan)
     if found.shape != (3,) or not np.isfinite(found).all() or (positive and (found <= 0).any()):
         raise InputError(f"{what} must be three {'positive ' if positive else ''}numbers [m], not {values!r}")
@@ -109,7 +110,7 @@ def _vector(values: ArrayLike, what: str, positive: bool = False) -> Array:
 
 
 def _length(value: float, what: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not (np.isfinite(value) and value > 0):
+    if isinstance(value, bool) or not isinstance(value, Real) or not 0 < value < np.inf:
         raise InputError(f"{what} must be a positive number [m], not {value!r}")
     return float(value)
 

@@ -40,6 +40,8 @@ class Cameras:
         elif names is None and place is not None:
             names = [str(n) for n in range(len(place))]
         names = tuple(names or ())
+        if len(set(names)) < len(names):
+            raise InputError(f"two of the views have the same name; found {', '.join(map(str, names))}")
         if place is not None and len(place) != len(names):
             raise InputError(f"'camera_positions' has {len(place)} rows for {len(names)} views")
         if len(number) and (number.min() < 0 or number.max() >= len(names)):

@@ -105,6 +105,10 @@ def _check(kind: str, part: Any, of: type[Term] | type[Constraint]) -> None:
         raise InputError(f"a {kind} must be a `sgnlp.{of.__name__}`, not {told}")
     if not (isinstance(part.name, str) and part.name):
         raise InputError(f"a {kind} is called {part.name!r}; its name must be a text that is not empty")
+    try:
+        hash(part)
+    except TypeError as error:
+        raise InputError(f"{kind} '{part.name}': {error}; its fields must be numbers, texts or tuples") from None
 
 
 def _joined(kind: str, ours: Sequence[Part], theirs: Sequence[Part], without: Collection[str]) -> tuple[Part, ...]:

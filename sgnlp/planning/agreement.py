@@ -81,6 +81,8 @@ def _compare(part: Term | Constraint, solver: Array, g: Grasp, op: Narrow) -> No
         raise InputError(f"{what} cannot be computed in NumPy: {type(error).__name__}: {said}; {HINT}") from error
     if ours.shape != solver.shape:
         raise InputError(f"{what} has {solver.size} values in CasADi and {ours.size} in NumPy; {HINT}")
+    if not solver.size:
+        raise InputError(f"{what} has no values")
     for name, values in {"CasADi": solver, "NumPy": ours}.items():
         if not np.isfinite(values).all():
             raise InputError(f"{what} is not finite in {name} at the first start; {HINT}")

@@ -10,12 +10,13 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from sgnlp.base.errors import InputError
+from sgnlp.base.errors import InputError, unknown
 from sgnlp.planning.additions import Additions
 from sgnlp.planning.solvers.solver import Solver
 from sgnlp.program.constraint import Constraint
@@ -30,6 +31,9 @@ LISTS: dict[str, type] = {
 }
 OBJECTS: dict[str, type] = {"FORMULATION": Formulation, "SOLVER": Solver}
 """The names that a file may define, and the type of each object, or of each part of a list."""
+NAMES = (*LISTS, *OBJECTS, "KERNEL")
+ALIKE = 0.8
+"""A name in capitals as like one of these as that, in the measure of `difflib`, is one with a typing error."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +89,10 @@ def _additions(given: Extension) -> Additions:
     if hasattr(module, "KERNEL"):
         found["kernel"] = module.KERNEL
     if not found:
-        raise InputError(f"'{given.file}' defines none of {', '.join((*LISTS, *OBJECTS, 'KERNEL'))}")
+        raise InputError(f"'{given.file}' defines none of {', '.join(NAMES)}")
+    for name in vars(module):
+        if name.isupper() and name not in NAMES and get_close_matches(name, NAMES, 1, ALIKE):
+            raise unknown(f"name in '{given.file}'", name, NAMES)
     try:
         return Additions(**found)
     except InputError as error:

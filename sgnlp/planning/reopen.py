@@ -52,7 +52,7 @@ def source(grasps: Grasps, folder: Path, file: Path | None = None) -> Path:
     found = next((path for path in tried if path.is_file()), None)
     if found is None:
         said = f"'{tried[0]}' is not there" if str(named) != "." else "the result names no file"
-        raise InputError(f"{said}; name its file with --object")
+        raise InputError(said if file else f"{said}; name its file with --object")
     return found
 
 

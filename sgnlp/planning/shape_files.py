@@ -19,8 +19,8 @@ import yaml
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
+from sgnlp.base.yaml_nodes import Loader, any_mapping, mapping, positive, sequence, unknown_name, vector, word
 from sgnlp.hand.hand_file import euler_rotation
-from sgnlp.hand.yaml_nodes import Loader, any_mapping, mapping, numbers, positive, sequence, unknown_name, word
 from sgnlp.perception.clouds import floats
 from sgnlp.perception.shape import Shape
 from sgnlp.planning.archive import read_archive
@@ -60,7 +60,7 @@ def _entries(path: Path) -> list[Any]:
         node = yaml.load(path.read_text(encoding="utf-8"), Loader)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}") from None
-    except (yaml.YAMLError, ValueError) as error:
+    except (yaml.YAMLError, ValueError, TypeError) as error:
         raise InputError(f"is not YAML: {' '.join(str(error).split())}") from None
     found = sequence(node if isinstance(node, list) else [node], "the file")
     if node is None or not found:
@@ -87,12 +87,12 @@ def _shapes(node: Any, where: str, path: Path) -> tuple[Shape, ...]:
 def _place(entry: dict[str, Any], where: str) -> tuple[Array, Array]:
     """The position (3,) and rotation (3, 3) of an entry."""
     rotation = euler_rotation(entry.get("euler_deg", 0.0), f"euler_deg of {where}")
-    return numbers(entry["position"], (3,), f"position of {where}"), rotation
+    return vector(entry["position"], f"position of {where}"), rotation
 
 
 def _box(entry: dict[str, Any], name: str, where: str, path: Path) -> tuple[Shape, ...]:
     centre, rotation = _place(entry, where)
-    return (Shape.box(centre, numbers(entry["box"], (3,), f"box of {where}"), rotation, name),)
+    return (Shape.box(centre, vector(entry["box"], f"box of {where}"), rotation, name),)
 
 
 def _sphere(entry: dict[str, Any], name: str, where: str, path: Path) -> tuple[Shape, ...]:
@@ -109,7 +109,7 @@ def _cylinder(entry: dict[str, Any], name: str, where: str, path: Path) -> tuple
 def _half_space(entry: dict[str, Any], name: str, where: str, path: Path) -> tuple[Shape, ...]:
     point, _ = _place(entry, where)
     normal = mapping(entry["half_space"], where, ("normal",))["normal"]
-    return (Shape.half_space(point, numbers(normal, (3,), f"normal of {where}"), name),)
+    return (Shape.half_space(point, vector(normal, f"normal of {where}"), name),)
 
 
 def _points(entry: dict[str, Any], name: str, where: str, path: Path) -> tuple[Shape, ...]:

@@ -18,6 +18,8 @@ from sgnlp.program.around import Around, Fields, fields
 
 MOST_INSIDE = 0.05
 """Largest share of the object's points in an obstacle: noise puts a few points into an obstacle that touches it."""
+BESIDE = 0.1
+"""A region that no finger may touch is at most this far from the points [m]: it may be on the unseen side."""
 NEAR = 0.02
 """[m] A region to touch has measured points within this distance: unseen sides are no farther away."""
 
@@ -44,6 +46,10 @@ class Surroundings:
             if inside > MOST_INSIDE:
                 said = "is it in metres, in the frame of the cloud?"
                 raise InputError(f"the obstacle '{name}' holds {inside:.0%} of the object's points; {said}")
+        for name, distances in told["avoid"]:
+            if distances.min() > BESIDE:
+                said = "is it in the frame of the cloud?"
+                raise InputError(f"the region '{name}' of --avoid is {distances.min():.2f} m from the object; {said}")
         for flag, allowed in (("avoid", False), ("touch", True)):
             near = [distances < NEAR * allowed for _, distances in told[flag]]
             if near and not (np.any(near, axis=0) == allowed).any():

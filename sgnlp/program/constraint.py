@@ -51,6 +51,8 @@ TRACE = Unit("deg", 1.0, _angle_deg)
 ANGLE = Unit("rad")
 RATIO = Unit("of that at home", 1.0, exp)
 """Of a logarithm."""
+SCALED = ("mm", "cm", "deg", "°", "mN", "kN", "mN m", "N mm", "g")
+"""Symbols of what is no SI unit: a bound in it would be taken for one in SI units."""
 UNITS = {"": NUMBER, "m": LENGTH, "N": FORCE, "N m": TORQUE, "N/m": GAIN}
 """Units by SI symbol; any other symbol is used as it is, with a scale of 1."""
 
@@ -144,6 +146,9 @@ class Constraint:
             require(f"{name} of constraint '{self.name}'", getattr(self, name), kind)
         if not self.lower <= self.upper:
             raise InputError(f"constraint '{self.name}' has the bounds {self.lower:g} to {self.upper:g}")
+        if self.unit in SCALED:
+            rule = f"its bounds are in SI units; valid: {', '.join(map(repr, UNITS))}, or a `Unit`"
+            raise InputError(f"constraint '{self.name}' has the unit '{self.unit}': {rule}")
         if isinstance(self.unit, str):
             object.__setattr__(self, "unit", UNITS.get(self.unit, Unit(self.unit)))
         if self.tolerance is None:

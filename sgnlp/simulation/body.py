@@ -11,6 +11,13 @@ from sgnlp.perception import clouds
 from sgnlp.perception.observation import Observation
 from sgnlp.perception.synthetic.meshes import Mesh
 
+BESIDE = 0.02
+"""A cloud may reach this far beyond the true surface [m]: ten times the error of a depth camera."""
+OUTLIERS = 0.01
+"""Share of the points on each side that are left out."""
+LARGER = 10.0
+"""The true surface may be this many times as large as what was seen of it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Body(Mesh):
@@ -44,4 +51,21 @@ def true_body(observation: Observation) -> Body:
         rule = "its file needs mesh_vertices and mesh_faces"
         other = "without it, --estimated takes the surface of the plan (`from sgnlp.simulation import estimated`)"
         raise InputError(f"'{observation.name}' has no true surface: {rule}; {other}")
-    return body(observation.mesh_vertices, observation.mesh_faces, observation.table_height, observation.name)
+    made = body(observation.mesh_vertices, observation.mesh_faces, observation.table_height, observation.name)
+    _check_place(made, observation)
+    return made
+
+
+def _check_place(made: Body, observation: Observation) -> None:
+    """Raise `InputError` if the cloud is not where the surface is, or much smaller."""
+    low, high = made.vertices.min(axis=0), made.vertices.max(axis=0)
+    least, most = np.quantile(observation.points, (OUTLIERS, 1 - OUTLIERS), axis=0)
+    beside = float(np.maximum(low - least, most - high).max())
+    rule = "the mesh must be in metres, in the frame of the cloud"
+    if beside > BESIDE:
+        raise InputError(f"the cloud of '{observation.name}' reaches {beside:.2f} m beyond its true surface; {rule}")
+    larger = float(np.linalg.norm(high - low) / np.linalg.norm(most - least))
+    if larger > LARGER:
+        raise InputError(
+            f"the true surface of '{observation.name}' is {larger:.0f} times as large as its cloud; {rule}"
+        )

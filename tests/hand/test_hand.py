@@ -11,12 +11,12 @@ from descriptions import mjcf
 from hands import BENT, MULTIPLIER, OFFSET, THREE, changed, coupled
 
 from sgnlp.base.errors import InputError, NotInstalledError
+from sgnlp.base.yaml_nodes import unknown_name
 from sgnlp.hand import listing as listing_module
 from sgnlp.hand.description.xml_file import content
 from sgnlp.hand.hand import Hand, available_hands, load_hand
 from sgnlp.hand.kinematics import frames
 from sgnlp.hand.listing import Listing, listed_hands
-from sgnlp.hand.yaml_nodes import unknown_name
 
 ORIGIN = np.array([0, 0, 0, 0, 0, 0, 1.0])
 MIRROR = np.diag([1.0, -1.0, 1.0])

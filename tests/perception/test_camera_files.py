@@ -133,6 +133,9 @@ def test_a_stream_of_messages_is_its_first(read):
         ([1], "is not the JSON or YAML of a camera, which has"),
         ("", "is not the JSON or YAML of a camera"),
         ("{", "is not the JSON or YAML of a camera"),
+        ('{"K": 1, "pose": 2, "pose": 3}', "the key 'pose' is there twice"),
+        (ROS2 | {"k1": 0.1}, "the lens distortion 'k1' is not zero"),
+        (ROS2 | {"distCoeffs": [0.1, 0.2]}, "the lens distortion 'distCoeffs' is not zero"),
     ],
 )
 @pytest.mark.parametrize("suffix", [".json", ".yaml"])
@@ -140,6 +143,10 @@ def test_what_is_no_camera_is_told(read, content, message, suffix):
     with pytest.raises(InputError, match=message) as told:
         read(content, suffix)
     assert len(str(told.value).splitlines()) == 1
+
+
+def test_a_mark_of_byte_order_is_no_part_of_a_file(read):
+    np.testing.assert_array_equal(read("\ufeff" + json.dumps({"K": FLAT, "pose": ROWS})).intrinsics, K)
 
 
 def test_a_file_that_cannot_be_opened_is_told(tmp_path):

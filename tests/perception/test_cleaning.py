@@ -79,6 +79,11 @@ def test_coordinates_that_are_rounded_too_far_are_refused(step, refused):
         observe(rounded, table_height=TABLE)
 
 
+def test_whole_millimetres_are_told_by_their_width_and_not_by_their_steps():
+    with pytest.raises(InputError, match=r"m wide, more than 0.5 m; is it in mm \(--scale 0.001\)"):
+        observe(np.round(1000 * ball(3000, 0.08)))
+
+
 def test_32_bits_far_from_the_origin_are_refused_and_64_are_not():
     offset = np.array([694386.212, 5155487.512, 381.036])
     far = BALL + offset

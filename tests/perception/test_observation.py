@@ -100,8 +100,22 @@ def test_an_array_for_each_camera_makes_a_view_of_each(tmp_path):
     assert set(map(tuple, one.points)) <= set(map(tuple, right))
     assert load(file, views=[1]).digest != one.digest  # the options as they were given count
     np.testing.assert_array_equal(load(file, views=[1]).points, one.points)
+    np.testing.assert_array_equal(load(file, views=1).points, one.points)
+    assert load(file, views=0).view_names == ("left",)
     np.testing.assert_array_equal(load(file, views=["right", 0]).points, both.points)
     assert one.notes[0] == "Dropped 400 of 600 points that belong to views that were not chosen."
+
+
+def test_views_of_one_name_are_refused():
+    with pytest.raises(InputError, match="two of the views have the same name; found a, a"):
+        observe(sphere(), view=np.repeat([0, 1], 300), view_names=["a", "a"])
+
+
+def test_a_pose_is_a_matrix_or_its_numbers(tmp_path):
+    file, turn = saved(tmp_path, points=sphere(), table_height=TABLE), np.diag([-1.0, -1, 1, 1])
+    expected = load(file, pose=tuple(turn.ravel())).points
+    for pose in (turn, turn.tolist(), tuple(map(tuple, turn))):
+        np.testing.assert_array_equal(load(file, pose=pose).points, expected)
 
 
 def test_a_view_is_found_by_name_before_place_and_cameras_follow(tmp_path):

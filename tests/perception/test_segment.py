@@ -230,7 +230,10 @@ def test_an_observation_has_the_table_the_camera_and_all_else_near_it_as_obstacl
     assert np.abs(observation.background[:, 2]).min() < 1e-3  # but here
     apart = np.linalg.norm(observation.background[::50, None] - cluster.points[None], axis=2).min(axis=1)
     assert apart.min() > 1e-6  # nothing of the object itself
-    assert np.abs(np.asarray(scene.nearest(cluster.centre).number) - 2) == 0
+    assert scene.nearest(cluster.centre).number == 2
+    for place in ([5.0, 5.0, 5.0], [np.nan, 0.0, 0.0]):
+        with pytest.raises(InputError, match=r"the nearest cluster is .* m from the place; at most 0.2 m are near"):
+            scene.nearest(place)
 
 
 def test_the_same_scene_gives_the_same_bits():

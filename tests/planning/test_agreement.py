@@ -1,6 +1,6 @@
 """Terms and constraints of one's own that mean other things in CasADi than in NumPy are refused."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -82,6 +82,21 @@ def test_a_constraint_with_other_rows_in_numpy_is_refused():
         compared(constraints=(sgnlp.Constraint("row", lambda g, op: g.contacts[0], upper=1.0),))
 
 
+def test_a_constraint_without_values_is_refused():
+    with pytest.raises(InputError, match="constraint 'none' has no values"):
+        compared(constraints=(sgnlp.Constraint("none", lambda g, op: g.contacts[0:0, 2], upper=1.0),))
+
+
+@dataclass(frozen=True)
+class Near(sgnlp.Term):
+    """Contacts near a place that is a field of the term."""
+
+    place: object = None
+
+    def value(self, g, op):
+        return op.sum(g.contacts)
+
+
 class Level(sgnlp.Term):
     """Contacts at a height that stands outside the term."""
 
@@ -115,6 +130,7 @@ UNBOUND = sgnlp.Constraint("free", lambda g, op: g.gains)
     [
         ({"terms": (NAN,)}, "term 'level' has the weight nan"),
         ({"terms": (Level(weight="3"),)}, "the weight of term 'level' must be a number, not '3'"),
+        ({"terms": (Near(place=[1.0, 2.0]),)}, "term 'near': unhashable type.*; its fields must be numbers, texts or"),
         ({"terms": (Level,)}, "not the class Level; call it"),
         ({"constraints": (ALWAYS,)}, "a check of every plan is called 'stable'"),
         ({"constraints": (UNBOUND,)}, "constraint 'free' bounds nothing"),

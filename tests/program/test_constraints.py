@@ -512,6 +512,7 @@ def test_the_numbers_of_numpy_are_plain_ones_in_a_constraint():
         ({"upper": np.zeros((2, 3))}, r"upper of constraint 'own' must be a number, not \(\(0"),
         ({"lower": None, "upper": None}, "lower of constraint 'own' must be a number, not None"),
         ({"lower": True}, "lower of constraint 'own' must be a number, not True"),
+        ({"unit": "mm"}, "constraint 'own' has the unit 'mm': its bounds are in SI units"),
         ({"unit": None}, "unit of constraint 'own' must be of Unit or a text, not None"),
         ({"value": 3}, "value of constraint 'own' must be a function, not 3"),
         ({"tolerance": "1e-3"}, "tolerance of constraint 'own' must be a number or None"),

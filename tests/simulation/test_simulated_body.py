@@ -18,6 +18,11 @@ from sgnlp.simulation.pieces import pieces
 CUBE = box(0.06, 0.06, 0.06)
 
 
+def within(thing):
+    """Points (200, 3) in the box of a body."""
+    return np.random.default_rng(0).uniform(thing.vertices.min(axis=0), thing.vertices.max(axis=0), (200, 3))
+
+
 def bracket():
     """An L of three cubes of 3 cm, one vertex a corner: 12 corners in the plane, twice."""
     outline = 0.03 * np.array([(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)], float)
@@ -95,9 +100,29 @@ def test_arrays_of_another_shape_are_refused():
 
 
 def test_an_observation_brings_its_surface_and_its_table():
-    points = np.random.default_rng(0).uniform(0, 0.1, (200, 3)) + np.array([0, 0, 0.01])
-    seen = observe(points, table_height=0.01, mesh_vertices=CUBE.vertices, mesh_faces=CUBE.faces, name="cube")
+    seen = observe(
+        within(CUBE) + np.array([0, 0, 0.01]),
+        table_height=0.01,
+        mesh_vertices=CUBE.vertices,
+        mesh_faces=CUBE.faces,
+        name="cube",
+    )
     assert (true_body(seen).table_height, true_body(seen).name) == (0.01, "cube")
     np.testing.assert_array_equal(true_body(seen).vertices, CUBE.vertices)
     with pytest.raises(InputError, match="'cube' has no true surface"):
         true_body(replace(seen, mesh_faces=None))
+
+
+@pytest.mark.parametrize(
+    ("moved", "said"),
+    [
+        (lambda vertices: 1000 * vertices, "is 10.. times as large as its cloud; the mesh must be in metres"),
+        (lambda vertices: vertices + np.array([0.2, 0, 0]), "reaches 0.20 m beyond its true surface"),
+        (lambda vertices: vertices + np.array([0, 0, 0.1]), "reaches 0.10 m beyond its true surface"),
+        (lambda vertices: 0.001 * vertices, "beyond its true surface; the mesh must be in metres"),
+    ],
+)
+def test_a_surface_that_is_not_where_the_cloud_is_is_refused(moved, said):
+    seen = observe(within(CUBE), mesh_vertices=CUBE.vertices, mesh_faces=CUBE.faces, name="cube")
+    with pytest.raises(InputError, match=said):
+        true_body(replace(seen, mesh_vertices=moved(CUBE.vertices)))

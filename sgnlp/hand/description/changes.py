@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from sgnlp.base.errors import InputError
-from sgnlp.hand.yaml_nodes import unknown_name
+from sgnlp.base.yaml_nodes import unknown_name
 
 
 @dataclass(frozen=True)

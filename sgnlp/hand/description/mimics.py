@@ -3,8 +3,8 @@
 import xml.etree.ElementTree as ElementTree
 
 from sgnlp.base.errors import InputError
+from sgnlp.base.yaml_nodes import unknown_name
 from sgnlp.hand.model import read_model
-from sgnlp.hand.yaml_nodes import unknown_name
 
 Element = ElementTree.Element
 Law = tuple[str, float, float]

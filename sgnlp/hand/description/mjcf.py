@@ -13,11 +13,11 @@ import numpy as np
 import pinocchio as pin
 
 from sgnlp.base.errors import InputError
+from sgnlp.base.yaml_nodes import unknown_name
 from sgnlp.hand.description.mjcf_file import compiled
 from sgnlp.hand.description.mjcf_geometry import show
 from sgnlp.hand.description.mjcf_motors import efforts
 from sgnlp.hand.description.poses import add, place, pose, words
-from sgnlp.hand.yaml_nodes import unknown_name
 
 WORLD = 0
 """MuJoCo's number of the fixed world body."""

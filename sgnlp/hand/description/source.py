@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from sgnlp.base.errors import InputError, NotInstalledError
-from sgnlp.hand.yaml_nodes import mapping, word
+from sgnlp.base.yaml_nodes import mapping, word
 
 SHARE = "AMENT_PREFIX_PATH"
 """The environment variable with ROS 2's list of installed packages."""

@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Collection
 
 from sgnlp.base.errors import InputError
-from sgnlp.hand.yaml_nodes import unknown_name
+from sgnlp.base.yaml_nodes import unknown_name
 
 Element = ElementTree.Element
 

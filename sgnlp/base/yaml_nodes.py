@@ -80,9 +80,16 @@ def numbers(value: Any, shape: tuple[int, ...], where: str) -> Array:
         if any(isinstance(entry, bool) for entry in np.asarray(value, object).ravel()):
             raise ValueError("YAML's yes, no, on and off")
         return frozen(np.broadcast_to(np.asarray(value, float), shape))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         count = "a finite number" if shape == (1,) else f"{shape[0]} finite numbers"
         raise InputError(f"{where} must be {count}, not {_shown(value)}") from None
+
+
+def vector(value: Any, where: str) -> Array:
+    """`value` as three finite numbers."""
+    if isinstance(value, int | float):
+        raise InputError(f"{where} must be 3 finite numbers, not {_shown(value)}")
+    return numbers(value, (3,), where)
 
 
 def _shown(node: Any) -> str:
