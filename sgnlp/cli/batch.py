@@ -56,7 +56,9 @@ class Batch(Abstaining, Ended, Extending, Surrounding, Tabling, Observing):
         """Every object that has no result yet, a row as each ends, then the table."""
         files, begin, out = list(dict.fromkeys(self.files)), time.perf_counter(), self.out or self.results / "batch"
         if not any(file.is_file() for file in files):
-            raise InputError(f"there is nothing to solve: {files[0] if files else 'no file'} is not a cloud")
+            said = f"{files[0]} is a folder; give its files, {files[0]}/*.npz" if files and files[0].is_dir() else ""
+            said = said or (f"{files[0]} is not there" if files else "no file is given")
+            raise InputError(f"there is nothing to solve: {said}")
         hand = self.robot
         results.writable(self.results)
         results.writable(out)

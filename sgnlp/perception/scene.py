@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -81,8 +82,8 @@ class Scene:
 
     def cluster(self, number: int) -> Cluster:
         """The cluster with this number. Raises `InputError` if there is none."""
-        if not 1 <= number <= len(self.clusters):
-            raise InputError(f"the number of a cluster must be 1 to {len(self.clusters)}; found {number}")
+        if not isinstance(number, Integral) or not 1 <= number <= len(self.clusters):
+            raise InputError(f"the number of a cluster must be 1 to {len(self.clusters)}; found {number!r}")
         return self.clusters[number - 1]
 
     def pixels(self, number: int) -> tuple[BoolArray, ...]:
@@ -118,6 +119,8 @@ class Scene:
     def arrays(self, *numbers: int) -> dict[str, Any]:
         """The arrays of a cluster's problem file, as `sgnlp.load` reads them; several clusters are parts of one
         object."""
+        if not numbers:
+            raise InputError(f"no cluster is chosen; give numbers from 1 to {len(self.clusters)}")
         parts = [self.cluster(number) for number in dict.fromkeys(numbers)]
         points, view = (np.concatenate([getattr(part, name) for part in parts]) for name in ("points", "view"))
         cluster = replace(parts[0], points=points, view=view)

@@ -59,6 +59,8 @@ def placed(views: list[SceneView], pose: Array | None, table_height: float | Non
     if posed or (not images and table.tilt_deg <= level.MAX_TILT_DEG):
         notes += _checked(views, table, points)
     else:
+        if images:
+            notes += level.along_rays(points, np.eye(4), level.planes(points, np.zeros(3)))
         views, transform = _turned(views, table, own, notes)
         table, found = table.moved(transform), [plane.moved(transform) for plane in found]
     walls = [plane for plane in found if plane.wide and not same(plane, table)]

@@ -11,6 +11,7 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError, SolverError
 from sgnlp.base.threads import one_thread
 from sgnlp.hand.hand import Hand
+from sgnlp.perception.clouds import floats
 from sgnlp.perception.observation import Observation
 from sgnlp.planning import arguments
 from sgnlp.planning.faraway import moved_cloud, moved_hand, moved_problem, origin
@@ -50,13 +51,14 @@ class Touch:
     def __post_init__(self) -> None:
         """Also that both are three finite numbers, and the normal is a direction."""
         for name in ("point", "normal"):
-            value = np.asarray(getattr(self, name), float)
+            value = floats(getattr(self, name), f"the {name} of a touch", (3,))
             if value.shape != (3,) or not np.isfinite(value).all():
                 raise InputError(f"the {name} of a touch must be three finite numbers, not {getattr(self, name)}")
         if not np.linalg.norm(self.normal) > 0:
             raise InputError("the normal of a touch must not be 0")
 
 
+TOUCH: arguments.Kinds = ((Touch,), "sgnlp.Touch(point, normal) makes one")
 KINDS: dict[str, arguments.Kinds] = {
     "plan": arguments.PLAN,
     "observation": ((Observation, NoneType), arguments.OBSERVATION[1]),
@@ -80,6 +82,8 @@ def replan(plan: Plan, observation: Observation | None = None, touches: Sequence
         InputError: a touch is far from the object.
     """
     arguments.check({"plan": plan, "observation": observation, "touches": touches}, KINDS)
+    for touch in touches:
+        arguments.check({"a touch": touch}, {"a touch": TOUCH})
     with one_thread():
         return _replanned(plan, observation, touches)
 

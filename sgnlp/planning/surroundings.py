@@ -37,6 +37,10 @@ class Surroundings:
 
         The same for regions that leave nothing to touch.
         """
+        for kind, shapes in self.kinds():
+            for shape in shapes:
+                if not isinstance(shape, Shape):
+                    raise InputError(f"{kind} holds a {type(shape).__name__}; sgnlp.load_shapes(file) gives shapes")
         told = {kind: [(s.name, s.distance(observation.points)) for s in shapes] for kind, shapes in self.kinds()}
         for name, distances in chain(*told.values()):
             if distances.min() > FAR:

@@ -14,7 +14,12 @@ from sgnlp.simulation.judge import DEFAULTS, execute
 from sgnlp.simulation.outcome import Outcome
 from sgnlp.simulation.settings import SimulationSettings
 
-KINDS = {"solution": ((Solution, NoneType), "plan.best is one"), "observation": arguments.OBSERVATION}
+SETTINGS: arguments.Kinds = ((SimulationSettings,), "sgnlp.simulation.SimulationSettings(mass=0.3) makes them")
+KINDS = {
+    "solution": ((Solution, NoneType), "plan.best is one"),
+    "observation": arguments.OBSERVATION,
+    "settings": SETTINGS,
+}
 
 
 def simulate(solution: Solution | None, observation: Observation, settings: SimulationSettings = DEFAULTS) -> Outcome:
@@ -35,7 +40,7 @@ def simulate(solution: Solution | None, observation: Observation, settings: Simu
     Raises:
         InputError: there is no solution, the observation has no true surface, or MuJoCo refuses hand or mesh.
     """
-    arguments.check({"solution": solution, "observation": observation}, KINDS)
+    arguments.check({"solution": solution, "observation": observation, "settings": settings}, KINDS)
     if solution is None or solution.hand is None:
         raise InputError("there is no grasp to simulate: plan.best is None if no start is feasible")
     g, closing = solution.grasp, solution.closing

@@ -81,6 +81,15 @@ def test_a_refusal_says_what_else_is_odd_of_the_intrinsics():
         arrays([replace(SHOT, intrinsics=corner)])
 
 
+def test_depths_along_the_rays_are_told_by_the_bent_table_and_true_ones_are_not():
+    along = np.linalg.norm(CAMERA.rays(), axis=-1)
+    noise = np.random.default_rng(0).normal(0, 0.002, SHOT.depth.shape)
+    for more in (0.0, noise):
+        told = arrays([replace(SHOT, depth=SHOT.depth * along + more)])["notes"]
+        assert [note for note in told if note.startswith("The table is bent: 5")]
+        assert not [note for note in arrays([replace(SHOT, depth=SHOT.depth + more)])["notes"] if "bent" in note]
+
+
 def test_a_wall_that_fills_most_of_the_image_is_no_tilted_table():
     world = SHOT.points()
     rays = (world - EYE) / np.asarray(SHOT.depth)[..., None]

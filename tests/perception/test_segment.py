@@ -76,6 +76,16 @@ def test_without_a_pose_the_table_becomes_level_below_the_camera_with_x_ahead():
     np.testing.assert_allclose(scene.views[0].image.pose, scene.transform, atol=1e-12)
 
 
+def test_depths_along_the_rays_are_told_without_a_pose_too():
+    image = four().image(posed=False)
+    along = np.linalg.norm(SMALL.rays(), axis=-1)
+    bent, plain = segment(replace(image, depth=image.depth * along)), segment(image)
+    assert [any("the depths were measured along the rays" in note for note in s.notes) for s in (bent, plain)] == [
+        True,
+        False,
+    ]
+
+
 def test_an_organised_cloud_in_the_camera_s_frame_is_recognised():
     top = four()
     scene = segment(top.own)
@@ -234,6 +244,10 @@ def test_an_observation_has_the_table_the_camera_and_all_else_near_it_as_obstacl
     for place in ([5.0, 5.0, 5.0], [np.nan, 0.0, 0.0]):
         with pytest.raises(InputError, match=r"the nearest cluster is .* m from the place; at most 0.2 m are near"):
             scene.nearest(place)
+    with pytest.raises(InputError, match="no cluster is chosen; give numbers from 1 to"):
+        scene.observation()
+    with pytest.raises(InputError, match=r"the number of a cluster must be 1 to .*; found '2'"):
+        scene.observation("2")
 
 
 def test_the_same_scene_gives_the_same_bits():

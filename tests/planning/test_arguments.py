@@ -30,6 +30,8 @@ class Height(sgnlp.Term):
         ({"without_terms": "uncer"}, "without_terms is of type str"),
         ({"count": 1.0}, "count is of type float; it is a whole number"),
         ({"first": 1.5}, "first is of type float"),
+        ({"obstacles": ["box.yaml"]}, r"obstacles holds a str; sgnlp.load_shapes\(file\) gives shapes"),
+        ({"avoid": [()]}, "avoid holds a tuple"),
         ({"timeout": None}, "timeout is of type NoneType; it is a number of seconds"),
     ],
 )
@@ -59,3 +61,27 @@ def test_so_are_those_of_replan_and_simulate():
         sgnlp.replan(plan, touches=sgnlp.Touch(np.zeros(3), np.ones(3)))
     with pytest.raises(InputError, match=r"solution is of type Plan; plan\.best is one"):
         sgnlp.simulate(plan, observation())
+    with pytest.raises(InputError, match=r"settings is of type dict; sgnlp\.simulation\.SimulationSettings"):
+        sgnlp.simulate(None, observation(), {"mass": 1})
+    with pytest.raises(InputError, match=r"a touch is of type tuple; sgnlp\.Touch"):
+        sgnlp.replan(plan, touches=[(np.zeros(3), np.ones(3))])
+
+
+@pytest.mark.parametrize("values", ["a", [1j, 0, 0], [[1], [2, 3], 4], [np.nan, 0, 0], [0, 0]])
+def test_a_touch_is_of_three_numbers(values):
+    with pytest.raises(InputError, match="the point of a touch"):
+        sgnlp.Touch(values, [0, 0, 1])
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"hessian": "foo"}, "the Hessian of Ipopt is one of exact, limited-memory, not 'foo'"),
+        ({"tolerance": -1}, "--solver.tolerance must be"),
+        ({"tolerance": "a"}, "--solver.tolerance must be a number"),
+        ({"linear_solver": "ma57"}, "unknown value of --solver.linear-solver .ma57.; valid: mumps, spral"),
+    ],
+)
+def test_an_option_of_ipopt_is_checked_where_it_is_made(options, said):
+    with pytest.raises(InputError, match=said):
+        sgnlp.Ipopt(**options)

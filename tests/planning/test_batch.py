@@ -352,7 +352,7 @@ def test_the_exit_code_tells_whether_every_object_has_a_feasible_grasp(here, cap
 def test_bad_input_of_a_batch_is_told_before_any_work(here, capfd):
     good = cloud("one")
     calls = {
-        "there is nothing to solve: none*.npz is not a cloud": ("none*.npz",),
+        "there is nothing to solve: none*.npz is not there": ("none*.npz",),
         "unknown hand": (good, "--hand", "nope"),
         "'one.npz' cannot be written": (good, "--out", good),
         "go together": (good, "--backend", "dask"),

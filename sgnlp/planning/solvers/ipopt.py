@@ -1,14 +1,16 @@
 """Ipopt (Wächter & Biegler 2006) on the exact derivatives of a program."""
 
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import casadi as ca
 
 from sgnlp.base import settings
+from sgnlp.base.errors import InputError
 from sgnlp.planning.solvers.casadi_call import CasadiSolver
 from sgnlp.planning.solvers.solver import Entry, NlpInstance
 
+HESSIANS = Literal["exact", "limited-memory"]
 OF_SETTINGS = ("tolerance", "linear_solver", "mu_strategy", "mu_init", "barrier_tolerance")
 """Options that are also settings."""
 WARM_MU = 1e-4
@@ -32,13 +34,20 @@ class Ipopt(CasadiSolver):
     Options that are None come from the settings.
     """
 
-    hessian: Literal["exact", "limited-memory"] = "exact"
+    hessian: HESSIANS = "exact"
     linear_solver: str | None = None
     mu_strategy: str | None = None
     mu_init: float | None = None
     barrier_tolerance: float | None = None
     warm_start: bool = field(default=False, repr=False)
     """begin with the given multipliers and a small barrier parameter"""
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` naming the first option whose value is not valid."""
+        if self.hessian not in get_args(HESSIANS):
+            raise InputError(f"the Hessian of Ipopt is one of {', '.join(get_args(HESSIANS))}, not {self.hessian!r}")
+        given = {name: getattr(self, name) for name in OF_SETTINGS if getattr(self, name) is not None}
+        replace(settings.Solver(), **given)
 
     @property
     def name(self) -> str:
