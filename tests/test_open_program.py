@@ -209,6 +209,7 @@ def test_the_parts_of_a_file_have_its_hash_in_the_key_of_compiled_functions(file
         ("x = 1", "defines none of TERMS, CONSTRAINTS"),
         ("TERMS = 3", "TERMS in .* must be a list, not int"),
         ("import sgnlp\nTERMS = [sgnlp.Term]", "TERMS in .* needs Term objects, not Term, a class; call it"),
+        ("TERMZ = []", "unknown name in .* 'TERMZ'; valid: CONSTRAINTS"),
         ("TERMS = []\nCONSTRAINT = [3]", "unknown name in .* 'CONSTRAINT'; valid: CONSTRAINTS"),
         ("CONSTRAINTS = [4]", "CONSTRAINTS in .* needs Constraint objects, not int"),
     ],

@@ -23,14 +23,17 @@ class Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mis
     It is LibYAML's, which takes a tenth of the time, if PyYAML was built with it.
     """
 
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """As YAML's own, but for keys that are there twice."""
-        seen = set()
-        for key, _ in node.value:
-            if key.value in seen and isinstance(key, yaml.ScalarNode):
-                raise InputError(f"the key '{key.value}' is there twice (line {key.start_mark.line + 1}); remove one")
-            seen.add(str(key.value))
-        return super().construct_mapping(node, deep)
+    def flatten_mapping(self, node: yaml.MappingNode) -> None:
+        """As YAML's own, which merges `<<` into the node, after a check of the keys that were written there."""
+        if not getattr(node, "checked", False):
+            node.checked = True  # type: ignore[attr-defined]
+            seen = set()
+            for key, _ in node.value:
+                if isinstance(key, yaml.ScalarNode) and key.value in seen:
+                    where = f"line {key.start_mark.line + 1}"
+                    raise InputError(f"the key '{key.value}' is there twice ({where}); remove one")
+                seen.add(key.value if isinstance(key, yaml.ScalarNode) else id(key))
+        super().flatten_mapping(node)
 
 
 def unknown_name(kind: str, name: str, valid: Collection[str]) -> InputError:
@@ -87,7 +90,7 @@ def numbers(value: Any, shape: tuple[int, ...], where: str) -> Array:
 
 def vector(value: Any, where: str) -> Array:
     """`value` as three finite numbers."""
-    if isinstance(value, int | float):
+    if not isinstance(value, list) or len(value) != 3:
         raise InputError(f"{where} must be 3 finite numbers, not {_shown(value)}")
     return numbers(value, (3,), where)
 

@@ -20,6 +20,7 @@ MATRICES = ("K", "k", "camera_matrix", "cam_K", "intrinsics", "intrinsic")
 """Keys of the nine numbers of K."""
 DISTORTION = (
     *("d", "D", "distortion_coefficients", "distortion_coeffs", "distCoeffs", "dist_coeffs", "coeffs", "distortion"),
+    "distortion_parameters",
     *("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2"),
 )
 """Keys of the lens's distortion, in one list or one by one."""
@@ -51,14 +52,14 @@ def read(path: Path, image: str, posed: bool = True) -> Camera:
         loaded = read(text)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}") from error
-    except (ValueError, yaml.YAMLError, RecursionError) as error:
+    except (ValueError, TypeError, yaml.YAMLError, RecursionError) as error:
         raise InputError(f"is not the JSON or YAML of a camera: {' '.join(str(error).split())}") from error
     if not isinstance(loaded, Mapping):
         raise InputError(f"is not the JSON or YAML of a camera, which has {KNOWN}")
     found = _one(dict(loaded), image)
-    _undistorted(found)
     inner = [found[key] for key in MATRICES if isinstance(found.get(key), Mapping) and "data" not in found[key]]
     source = found | dict(inner[0]) if inner else found
+    _undistorted(source)
     K = _intrinsics(source)
     pose, notes = _pose(found, posed)
     unit = None
@@ -179,7 +180,10 @@ def _inverse(pose: Array) -> Array:
 def _undistorted(found: Mapping[str, Any]) -> None:
     """Refuse a lens with distortion: images are rectified."""
     for key in DISTORTION:
-        if key in found:
+        value = found.get(key)
+        if isinstance(value, Mapping) and "data" not in value:
+            _undistorted(value)
+        elif value is not None:
             coefficients = _numbers(found, key, None)
             if not (coefficients == 0).all():
                 raise InputError(

@@ -31,8 +31,8 @@ SAMPLE, TRIPLES, SEED = 3000, 200, 0
 PLANE_ERROR = 0.01
 """Largest distance from a plane, as a share of that from the camera: 6 mm at 0.6 m, six deviations of a D415."""
 FLATTER = 1.15
-"""Depths are along the rays if with that the largest plane has this many times the pixels. A level table from true
-depths loses pixels then; where both planes have nearly all pixels, the error is below `PLANE_ERROR`."""
+"""Depths are along the rays if, once converted, the largest plane has this many times the pixels. A level table from
+true depths loses pixels then; where both planes have nearly all pixels, the error is below `PLANE_ERROR`."""
 AXES: dict[str, Callable[[Array], Array]] = {
     "OpenGL axes, y up and z back (give pose @ diag(1, -1, -1, 1))": lambda R: R @ np.diag([1.0, -1, -1]),
     "an inverse, world to camera (give inv(pose))": lambda R: R.T,
@@ -106,10 +106,9 @@ def check(points: Array, pose: Array, which: str = "the pixels around the object
     found = planes(points, pose[:3, 3]) if len(points) >= PLANE_PIXELS else []
     if not found:
         return ["No plane was measured around the object, so neither pose nor intrinsics could be checked."]
-    if bent := along_rays(points, pose, found):
-        return bent
+    found, bent = along_rays(points, pose, found)
     if any(plane.tilt <= MAX_TILT_DEG for plane in found):
-        return []
+        return bent
     plane = found[0]
     meant = [
         name
@@ -123,28 +122,27 @@ def check(points: Array, pose: Array, which: str = "the pixels around the object
     text = f"{plane.share:.0%} of {which} lie on a plane that {fault}: {cause}"
     if plane.tilt > REFUSED_TILT_DEG and plane.share >= CERTAIN_SHARE:
         raise InputError(text)
-    return [f"{text}."]
+    return [*bent, f"{text}."]
 
 
-def along_rays(points: Array, pose: Array, found: list[Plane]) -> list[str]:
-    """A note if points (n, 3), on which these planes were found, fit one far better with other depths.
+def along_rays(points: Array, pose: Array, found: list[Plane]) -> tuple[list[Plane], list[str]]:
+    """The planes of points (n, 3), with a note if they are those of other depths, on which far more points lie.
 
-    A depth along the ray is that to the camera's centre. Taken for z, it moves a point away by 1/cos of its angle off
-    the optical axis.
+    `found` are the planes of the points as they are. A depth along the ray is that to the camera's centre. Taken for z,
+    it moves a point away by 1/cos of its angle off the optical axis.
     """
     camera, ahead = pose[:3, 3], pose[:3, 2]
     ray = points - camera
     cosine = np.abs(ray @ ahead) / np.linalg.norm(ray, axis=1)
-    share, other = (
-        max((plane.share for plane in some), default=0.0)
-        for some in (found, planes(camera + cosine[:, None] * ray, camera))
-    )
-    if other < max(FLATTER * share, PLANE_SHARE):
-        return []
-    return [
-        f"The table is bent: {share:.0%} of the pixels lie on a plane, and {other:.0%} if the depths were measured "
+    other = planes(camera + cosine[:, None] * ray, camera)
+    share, more = (max((plane.share for plane in some), default=0.0) for some in (found, other))
+    if more < max(FLATTER * share, PLANE_SHARE):
+        return found, []
+    note = (
+        f"The table is bent: {share:.0%} of the pixels lie on a plane, and {more:.0%} if the depths were measured "
         "along the rays. Then divide each by the length of inv(K) @ (u, v, 1) to get z."
-    ]
+    )
+    return other, [note]
 
 
 def _tilt(normal: Array) -> float:

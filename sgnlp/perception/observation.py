@@ -78,7 +78,8 @@ class Reading(Checked):
 
     def __post_init__(self) -> None:
         """Accept views given by number, too, and a pose given row by row."""
-        views = (self.views,) if isinstance(self.views, str | int) else self.views or ()
+        one = self.views is not None and np.ndim(self.views) == 0 and not isinstance(self.views, set | frozenset)
+        views = (self.views,) if one else () if self.views is None else self.views
         object.__setattr__(self, "views", tuple(map(str, views)))
         if isinstance(self.pose, list | tuple | np.ndarray):
             object.__setattr__(self, "pose", tuple(np.ravel(np.asarray(self.pose, object)).tolist()))

@@ -19,6 +19,8 @@ from numpy.typing import ArrayLike
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 
+LARGEST = float(np.finfo(float).max)
+"""[m] A whole number above this is no floating-point number."""
 FAR = 10.0
 """Half extent that stands for infinity [m]: a hand and its arm are at most 2 m long."""
 
@@ -110,7 +112,7 @@ def _vector(values: ArrayLike, what: str, positive: bool = False) -> Array:
 
 
 def _length(value: float, what: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, Real) or not 0 < value < np.inf:
+    if isinstance(value, bool) or not isinstance(value, Real) or not 0 < value <= LARGEST:
         raise InputError(f"{what} must be a positive number [m], not {value!r}")
     return float(value)
 

@@ -50,6 +50,8 @@ def placed(views: list[SceneView], pose: Array | None, table_height: float | Non
             views = [replace(views[0], camera=np.zeros(3))]
         views = [view.moved(pose) for view in views]
     points, camera = points_of(views), _camera(views)
+    if images:
+        notes += _bent(views[0])
     own = not posed and (bool(images) or cone)
     found = planes(points, camera)
     table = level_at(table_height) if table_height is not None else find_table(points, found, camera, own, posed)
@@ -59,8 +61,6 @@ def placed(views: list[SceneView], pose: Array | None, table_height: float | Non
     if posed or (not images and table.tilt_deg <= level.MAX_TILT_DEG):
         notes += _checked(views, table, points)
     else:
-        if images:
-            notes += level.along_rays(points, np.eye(4), level.planes(points, np.zeros(3)))
         views, transform = _turned(views, table, own, notes)
         table, found = table.moved(transform), [plane.moved(transform) for plane in found]
     walls = [plane for plane in found if plane.wide and not same(plane, table)]
@@ -68,6 +68,13 @@ def placed(views: list[SceneView], pose: Array | None, table_height: float | Non
 
 
 OWN_FRAME = "Took the camera to be at the origin of the cloud's own frame: all points lie in a cone before it."
+
+
+def _bent(view: SceneView) -> list[str]:
+    """A note if the depths of an image bend the table."""
+    points, given = view.points[view.measured], view.image.pose if view.image is not None else None
+    pose = np.eye(4) if given is None else np.asarray(given)
+    return level.along_rays(points, pose, level.planes(points, pose[:3, 3]))[1]
 
 
 def _camera(views: list[SceneView]) -> Array | None:

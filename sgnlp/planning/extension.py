@@ -33,7 +33,7 @@ OBJECTS: dict[str, type] = {"FORMULATION": Formulation, "SOLVER": Solver}
 """The names that a file may define, and the type of each object, or of each part of a list."""
 NAMES = (*LISTS, *OBJECTS, "KERNEL")
 ALIKE = 0.8
-"""A name in capitals as like one of these as that, in the measure of `difflib`, is one with a typing error."""
+"""A name in capitals that is this similar (difflib) to one of these is taken for a typing error."""
 
 
 @dataclass(frozen=True)
@@ -88,11 +88,12 @@ def _additions(given: Extension) -> Additions:
             found[name.lower()] = _signed(getattr(module, name), name, kind, given)
     if hasattr(module, "KERNEL"):
         found["kernel"] = module.KERNEL
+    for name in vars(module):
+        meant = get_close_matches(name, NAMES, 1, ALIKE) if name.isupper() and name not in NAMES else []
+        if meant and not hasattr(module, meant[0]) and not name.startswith("_"):
+            raise unknown(f"name in '{given.file}'", name, NAMES)
     if not found:
         raise InputError(f"'{given.file}' defines none of {', '.join(NAMES)}")
-    for name in vars(module):
-        if name.isupper() and name not in NAMES and get_close_matches(name, NAMES, 1, ALIKE):
-            raise unknown(f"name in '{given.file}'", name, NAMES)
     try:
         return Additions(**found)
     except InputError as error:

@@ -60,7 +60,7 @@ def _entries(path: Path) -> list[Any]:
         node = yaml.load(path.read_text(encoding="utf-8"), Loader)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}") from None
-    except (yaml.YAMLError, ValueError, TypeError) as error:
+    except (yaml.YAMLError, ValueError) as error:
         raise InputError(f"is not YAML: {' '.join(str(error).split())}") from None
     found = sequence(node if isinstance(node, list) else [node], "the file")
     if node is None or not found:

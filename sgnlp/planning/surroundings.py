@@ -18,7 +18,7 @@ from sgnlp.program.around import Around, Fields, fields
 
 MOST_INSIDE = 0.05
 """Largest share of the object's points in an obstacle: noise puts a few points into an obstacle that touches it."""
-BESIDE = 0.1
+BESIDE = 0.5
 """A region that no finger may touch is at most this far from the points [m]: it may be on the unseen side."""
 NEAR = 0.02
 """[m] A region to touch has measured points within this distance: unseen sides are no farther away."""

@@ -15,8 +15,8 @@ BESIDE = 0.02
 """A cloud may reach this far beyond the true surface [m]: ten times the error of a depth camera."""
 OUTLIERS = 0.01
 """Share of the points on each side that are left out."""
-LARGER = 10.0
-"""The true surface may be this many times as large as what was seen of it."""
+LARGER, SMALLER = 10.0, 1.5
+"""The true surface may be this many times as large as what was seen of it, and what was seen as the surface."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ def true_body(observation: Observation) -> Body:
 
 
 def _check_place(made: Body, observation: Observation) -> None:
-    """Raise `InputError` if the cloud is not where the surface is, or much smaller."""
+    """Raise `InputError` if the cloud is not where the surface is, or of another size."""
     low, high = made.vertices.min(axis=0), made.vertices.max(axis=0)
     least, most = np.quantile(observation.points, (OUTLIERS, 1 - OUTLIERS), axis=0)
     beside = float(np.maximum(low - least, most - high).max())
@@ -65,7 +65,7 @@ def _check_place(made: Body, observation: Observation) -> None:
     if beside > BESIDE:
         raise InputError(f"the cloud of '{observation.name}' reaches {beside:.2f} m beyond its true surface; {rule}")
     larger = float(np.linalg.norm(high - low) / np.linalg.norm(most - least))
-    if larger > LARGER:
+    if not 1 / SMALLER < larger < LARGER:
         raise InputError(
-            f"the true surface of '{observation.name}' is {larger:.0f} times as large as its cloud; {rule}"
+            f"the true surface of '{observation.name}' is {larger:.4g} times as large as its cloud; {rule}"
         )

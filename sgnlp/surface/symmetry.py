@@ -18,7 +18,8 @@ from sgnlp.perception.sampling import farthest_points
 SOME = 100
 """Number of measured points that the axis is chosen with."""
 FRONT = 0.003
-"""A turned point is free if it is this far in front of what was measured [m]: two deviations of a measured point."""
+"""A turned point is free if it is this far in front of what was measured [m]: of 1, 3 and 6 mm, 1 and 3 mm gave the
+least error on the tuning half."""
 NARROW = 0.1
 """Weight of the object's width beside the share of free points: chosen on the tuning half of the problem set, where the
 error hardly changes between 0.03 and 0.1, and is larger with 0.3."""
@@ -45,7 +46,7 @@ def hidden_side(points: Array, seen_by: Sequence[Sight], seed: int) -> Array:
     turned = turned[~free(seen_by, turned)]
     if not len(turned):
         return turned
-    return np.asarray(turned[cKDTree(points).query(turned)[0] > APART])
+    return np.asarray(turned[cKDTree(points).query(turned, distance_upper_bound=APART)[0] > APART])
 
 
 def half_turn(points: Array, about: Array) -> Array:

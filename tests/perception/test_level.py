@@ -90,6 +90,12 @@ def test_depths_along_the_rays_are_told_by_the_bent_table_and_true_ones_are_not(
         assert not [note for note in arrays([replace(SHOT, depth=SHOT.depth + more)])["notes"] if "bent" in note]
 
 
+def test_a_wrong_pose_is_refused_with_depths_along_the_rays_too():
+    along = np.linalg.norm(CAMERA.rays(), axis=-1)
+    with pytest.raises(InputError, match="the pose has OpenGL axes"):
+        arrays([replace(SHOT, depth=SHOT.depth * along, pose=POSE @ OPENGL)])
+
+
 def test_a_wall_that_fills_most_of_the_image_is_no_tilted_table():
     world = SHOT.points()
     rays = (world - EYE) / np.asarray(SHOT.depth)[..., None]

@@ -101,7 +101,8 @@ def test_an_array_for_each_camera_makes_a_view_of_each(tmp_path):
     assert load(file, views=[1]).digest != one.digest  # the options as they were given count
     np.testing.assert_array_equal(load(file, views=[1]).points, one.points)
     np.testing.assert_array_equal(load(file, views=1).points, one.points)
-    assert load(file, views=0).view_names == ("left",)
+    for first in (0, np.int64(0), np.array([0]), {"left"}):
+        assert load(file, views=first).view_names == ("left",)
     np.testing.assert_array_equal(load(file, views=["right", 0]).points, both.points)
     assert one.notes[0] == "Dropped 400 of 600 points that belong to views that were not chosen."
 

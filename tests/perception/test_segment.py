@@ -76,14 +76,13 @@ def test_without_a_pose_the_table_becomes_level_below_the_camera_with_x_ahead():
     np.testing.assert_allclose(scene.views[0].image.pose, scene.transform, atol=1e-12)
 
 
-def test_depths_along_the_rays_are_told_without_a_pose_too():
-    image = four().image(posed=False)
+@pytest.mark.parametrize("posed", [False, True])
+def test_depths_along_the_rays_are_told_with_a_pose_and_without(posed):
+    image = four().image(posed=posed)
     along = np.linalg.norm(SMALL.rays(), axis=-1)
     bent, plain = segment(replace(image, depth=image.depth * along)), segment(image)
-    assert [any("the depths were measured along the rays" in note for note in s.notes) for s in (bent, plain)] == [
-        True,
-        False,
-    ]
+    told = [any("the depths were measured along the rays" in note for note in scene.notes) for scene in (bent, plain)]
+    assert told == [True, False]
 
 
 def test_an_organised_cloud_in_the_camera_s_frame_is_recognised():

@@ -120,6 +120,7 @@ def test_an_observation_brings_its_surface_and_its_table():
         (lambda vertices: vertices + np.array([0.2, 0, 0]), "reaches 0.20 m beyond its true surface"),
         (lambda vertices: vertices + np.array([0, 0, 0.1]), "reaches 0.10 m beyond its true surface"),
         (lambda vertices: 0.001 * vertices, "beyond its true surface; the mesh must be in metres"),
+        (lambda vertices: vertices * 0.5 + np.array([0, 0, 0.015]), "is 0.5.* times as large as its cloud"),
     ],
 )
 def test_a_surface_that_is_not_where_the_cloud_is_is_refused(moved, said):

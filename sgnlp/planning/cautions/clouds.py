@@ -36,8 +36,8 @@ TABLE_GAP = 0.03
 """A cloud that begins higher than this above its table [m] leaves a gap as large as a fingertip."""
 STEP = 0.002
 """Coordinates rounded to steps above this [m] are as inexact as the tolerance of a contact."""
-UNSEEN_ERROR_MM = 10
-"""How much too near the cameras the surface is on the side that one camera does not see (`results/calibration`)."""
+UNSEEN_ERROR_MM = 4.5
+"""Mean error of the surface on the side that one camera does not see (`results/calibration`)."""
 WALL_NOISES = 2.0
 """Walls thinner than this many deviations of a measured point cannot be distinguished from a single surface."""
 WALL_SHARE = 0.1
@@ -130,8 +130,8 @@ def few_points(cloud: Observation, result: Planned) -> str:
 
 def one_view(cloud: Observation, result: Planned) -> str:
     """Everything was seen from one side."""
-    far = f"on average the fit puts that side {UNSEEN_ERROR_MM} mm too near (results/calibration)"
-    one = f"One view has all the points: the far side of the object is guessed, and {far}."
+    far = f"on average {UNSEEN_ERROR_MM:g} mm off where the camera's place is known (results/calibration)"
+    one = f"One view has all the points: the far side of the object is guessed, {far}."
     return one if len(cloud.view_names) == 1 else ""
 
 
