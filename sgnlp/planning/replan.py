@@ -52,7 +52,7 @@ class Touch:
         """Also that both are three finite numbers, and the normal is a direction."""
         for name in ("point", "normal"):
             value = floats(getattr(self, name), f"the {name} of a touch", (3,))
-            if value.shape != (3,) or not np.isfinite(value).all():
+            if not np.isfinite(value).all():
                 raise InputError(f"the {name} of a touch must be three finite numbers, not {getattr(self, name)}")
         if not np.linalg.norm(self.normal) > 0:
             raise InputError("the normal of a touch must not be 0")

@@ -224,7 +224,7 @@ def test_a_picture_shows_hand_object_and_forces_where_the_simulation_had_them():
         (("--object", "cloud.npz"), "'box' has no true surface"),
         (("--object", "box.npz", "--estimated"), "--estimated takes neither --object nor --true-load"),
         (("--estimated",), "--estimated needs the surface of the plan: 'box.npz' has changed"),
-        (("--object", "gone.npz"), "'gone.npz' is not there; name its file with --object"),
+        (("--object", "gone.npz"), "error: 'gone.npz' is not there\n"),
         (("--grasps", "3"), "--grasps must be between 1 and 2"),
         (("--mass", "-1"), "--simulation.mass must be positive"),
         (("--rise", "0.05"), "--simulation.rise is above"),

@@ -159,7 +159,7 @@ def test_a_touch_tilts_the_surface_towards_its_normal(plan):
 @pytest.mark.parametrize(
     ("point", "normal", "said"),
     [
-        ([0.0, 0.0], UP, "the point of a touch must be three finite numbers"),
+        ([0.0, 0.0], UP, "the point of a touch' must be an array of real numbers of shape"),
         ([0.0, np.nan, 0.0], UP, "the point of a touch must be three finite numbers"),
         ([0.0, 0.0, 0.1], [0.0, 0.0, 0.0], "normal of a touch must not be 0"),
         ([0.0, 0.0, 100.0], UP, "is it in metres"),

@@ -51,8 +51,8 @@ def test_all_else_of_the_observation_is_kept(believed):
 
 
 def test_a_surface_that_leaves_the_box_is_closed_there():
-    thing = true_body(estimated(observation(), posed(lambda points: np.abs(points[:, 1]) - 0.02)))
-    assert thing.volume == pytest.approx(0.14 * 0.04 * 0.11, rel=0.03)
+    thing = true_body(estimated(observation(), posed(lambda points: np.abs(points[:, 1]) - 0.04)))
+    assert thing.volume == pytest.approx(0.14 * 0.08 * 0.11, rel=0.03)
 
 
 def test_arguments_of_another_kind_are_refused_by_name():
