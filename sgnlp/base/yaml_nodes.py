@@ -28,11 +28,11 @@ class Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[mis
         if not getattr(node, "checked", False):
             node.checked = True  # type: ignore[attr-defined]
             seen = set()
-            for key, _ in node.value:
-                if isinstance(key, yaml.ScalarNode) and key.value in seen:
+            for key in (key for key, _ in node.value if isinstance(key, yaml.ScalarNode)):
+                if key.value in seen:
                     where = f"line {key.start_mark.line + 1}"
                     raise InputError(f"the key '{key.value}' is there twice ({where}); remove one")
-                seen.add(key.value if isinstance(key, yaml.ScalarNode) else id(key))
+                seen.add(key.value)
         super().flatten_mapping(node)
 
 

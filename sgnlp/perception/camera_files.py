@@ -48,8 +48,7 @@ def read(path: Path, image: str, posed: bool = True) -> Camera:
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
-        read = _yaml if path.suffix.lower() in YAML_SUFFIXES else _json
-        loaded = read(text)
+        loaded = _yaml(text) if path.suffix.lower() in YAML_SUFFIXES else _json(text)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}") from error
     except (ValueError, TypeError, yaml.YAMLError, RecursionError) as error:

@@ -14,11 +14,10 @@ from sgnlp.simulation.judge import DEFAULTS, execute
 from sgnlp.simulation.outcome import Outcome
 from sgnlp.simulation.settings import SimulationSettings
 
-SETTINGS: arguments.Kinds = ((SimulationSettings,), "sgnlp.simulation.SimulationSettings(mass=0.3) makes them")
-KINDS = {
+KINDS: dict[str, arguments.Kinds] = {
     "solution": ((Solution, NoneType), "plan.best is one"),
     "observation": arguments.OBSERVATION,
-    "settings": SETTINGS,
+    "settings": ((SimulationSettings,), "sgnlp.simulation.SimulationSettings(mass=0.3) makes them"),
 }
 
 

@@ -25,7 +25,7 @@ NARROW = 0.1
 error hardly changes between 0.03 and 0.1, and is larger with 0.3."""
 MOST_FREE = 0.04
 """Share of free points above which the object is not symmetric. On the tuning half, seen from one view, the guess is
-off by 4 mm in the median up to this share and by 8 mm above it, where it gains nothing."""
+off by 4 mm in the median up to this share and by 8 mm above it, where it gains little."""
 GROWN = 0.5
 """Axes are sought in the points' box, grown by this share of its longer side."""
 AXES, FINER = 17, 9
