@@ -1,4 +1,4 @@
-"""Types of arrays: numbers, indices and masks."""
+"""Types of arrays: numbers, indices, masks and words."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,3 +6,4 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
+StrArray = NDArray[np.str_]

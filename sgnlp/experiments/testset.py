@@ -6,9 +6,9 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 from pinocchio.liegroups import SE3
 
+from sgnlp.base.arrays import Array
 from sgnlp.experiments import load_nlp
 from sgnlp.hand.kinematics import integrate
 from sgnlp.planning import results
@@ -19,8 +19,6 @@ from sgnlp.planning.starts import Start
 from sgnlp.program.compiled import program
 from sgnlp.program.standalone import functions
 from sgnlp.program.variables import variable_units
-
-Array = NDArray[np.float64]
 
 FEASIBLE = 1e-6  # largest violation of a bound, in the scaled variables and rows, of a point that counts as known
 

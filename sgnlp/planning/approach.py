@@ -9,15 +9,13 @@ finger's part of E_uncer. A good path has one narrow peak, at the contact (paper
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.recompute import recompute
 from sgnlp.program.ops import Exact
 from sgnlp.program.terms.contact import FAINT_DENSITY
 from sgnlp.program.variables import Posture
-
-Array = NDArray[np.float64]
 
 FINE = 201
 """Number of points at which a path is drawn."""

@@ -7,14 +7,12 @@ rounding of the world's coordinates. A cloud within `NEAR` is planned where it i
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.hand.hand import Hand
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution
-
-Array = NDArray[np.float64]
 
 NEAR = 10.0
 """Within this distance of the origin [m] a double has steps of at most 2e-15 m, which never matter."""

@@ -5,16 +5,14 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array, BoolArray, IntArray, StrArray
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import NORM_OFF
 from sgnlp.planning.solution import Solution
 from sgnlp.program.carried import POSTURES
 from sgnlp.program.terms import Term
 from sgnlp.program.variables import Posture
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,9 +27,9 @@ class Grasps:
     joints_contact: Array  # (G, n) [rad], at first contact
     joints_squeeze: Array  # (G, n) [rad], setpoints that press as planned where joints are under position control
     arm: Array  # (G, 3, a) [rad], an arm at the pregrasp, at the stand-off and lifted; a = 0 without one
-    arm_joint_names: NDArray[np.str_]  # (a,)
-    joint_names: NDArray[np.str_]  # (n,)
-    finger_names: NDArray[np.str_]  # (m,)
+    arm_joint_names: StrArray  # (a,)
+    joint_names: StrArray  # (n,)
+    finger_names: StrArray  # (m,)
     tips_pregrasp: Array  # (G, m, 3) [m], tip centres a_i at the pregrasp
     contacts: Array  # (G, m, 3) [m], tip centres p_i at first contact
     contact_points: Array  # (G, m, 3) [m], p_i - r n_i on the surface
@@ -58,15 +56,15 @@ class Grasps:
     object_clearance_contact: Array  # (G, S - m) [m], as object_clearance, at first contact
     energy: Array  # (G,), exact and weighted
     energy_terms: Array  # (G, T), exact and unweighted
-    term_names: NDArray[np.str_]  # (T,)
-    feasible: NDArray[np.bool_]  # (G,)
+    term_names: StrArray  # (T,)
+    feasible: BoolArray  # (G,)
     confidence: Array  # (G,), probability that the grasp holds at the load of the plan; NaN: unknown
-    violated: NDArray[np.str_]  # (G,), names of the failed checks, separated by "; "
+    violated: StrArray  # (G,), names of the failed checks, separated by "; "
     kkt: Array  # (G, 3) dual, primal and complementarity residuals of the scaled problem
-    status: NDArray[np.str_]  # (G,), status in the solver's own words
-    iterations: NDArray[np.int64]  # (G,)
+    status: StrArray  # (G,), status in the solver's own words
+    iterations: IntArray  # (G,)
     solve_seconds: Array  # (G,)
-    start: NDArray[np.int64]  # (G,), index of the initial guess
+    start: IntArray  # (G,), index of the initial guess
     meta: dict[str, Any]
 
     def __len__(self) -> int:

@@ -4,11 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.program.oracle import Functions
-
-Array = NDArray[np.float64]
 
 SCALE_LIMIT = 100.0
 """If the mean magnitude of the multipliers is larger, residuals are scaled down (s_max of Wächter & Biegler 2006,

@@ -7,8 +7,8 @@ from functools import partial
 from math import nan
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array, StrArray
 from sgnlp.base.errors import SolverError
 from sgnlp.planning.kkt import SOLVED_FACTOR, Kkt
 from sgnlp.planning.multipliers import recomputed
@@ -25,8 +25,6 @@ from sgnlp.program.nlp import ENERGY_UNIT, Nlp
 from sgnlp.program.oracle import Functions, Oracle, join
 from sgnlp.program.variables import variable_units
 
-Array = NDArray[np.float64]
-
 STILL_SOLVED = "solved where it began"
 """The status of a warm start that needs no iteration."""
 
@@ -35,7 +33,7 @@ STILL_SOLVED = "solved where it began"
 class History:
     """The T iterates of a solver from a start, in one program after the other."""
 
-    formulation: NDArray[np.str_]  # (T,)
+    formulation: StrArray  # (T,)
     energy: Array  # (T,) smoothed energy of the formulation's terms
     primal: Array  # (T,) largest violation of a scaled row
     dual: Array  # (T,) largest entry of the Lagrangian's gradient, as the solver scales it
@@ -225,7 +223,7 @@ def _answer(solver: Solver, instance: NlpInstance, x: Array) -> Answer:
     return replace(answer, x=np.asarray(answer.x, float))
 
 
-def _leg(formulation: str, answer: Answer) -> tuple[NDArray[np.str_], Array, Array, Array, Array]:
+def _leg(formulation: str, answer: Answer) -> tuple[StrArray, Array, Array, Array, Array]:
     """The columns of `History` for one program; NaN where the solver gives no value."""
     energy = np.array(answer.way.get("obj", ()), float)
     others = [np.array(answer.way.get(name, ()), float) for name in ("inf_pr", "inf_du", "mu")]

@@ -5,9 +5,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pinocchio import exp3
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Limits, Settings
 from sgnlp.base.threads import one_thread
@@ -28,8 +28,6 @@ from sgnlp.program.variables import variable_units
 from sgnlp.surface.gpis import Gpis, fit
 from sgnlp.surface.inside import centroid
 from sgnlp.surface.training import training_set
-
-Array = NDArray[np.float64]
 
 Known = tuple[Gpis, Array]
 """A surface, and the object's centre of mass (3,) [m]."""

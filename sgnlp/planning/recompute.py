@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.hand.kinematics import frames, joint_torques, link_names, link_origins
 from sgnlp.planning.arm_recompute import carried
 from sgnlp.planning.problem import Problem
@@ -17,8 +17,6 @@ from sgnlp.program.assembly import Numeric, Parts, assemble
 from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.variables import Posture
-
-Array = NDArray[np.float64]
 
 
 def equilibrium(p: Array, o: Array, k: Array, mass: float, com: Array) -> tuple[Array, Array, float]:

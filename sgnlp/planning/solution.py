@@ -6,8 +6,8 @@ from math import inf, isnan, nan
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.settings import Closing, Motion
 from sgnlp.hand.arm import Arm
 from sgnlp.hand.arm_kinematics import gravity_torques
@@ -30,8 +30,6 @@ from sgnlp.program.ops import Exact
 from sgnlp.program.terms.spring import margins
 from sgnlp.program.tolerances import CLEARANCE
 from sgnlp.program.variables import Posture, posture
-
-Array = NDArray[np.float64]
 
 JOINT_SLACK = 1e-6
 """Rounding allowed to a joint limit [rad]."""

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.hand.arm import with_base
 from sgnlp.hand.arm_inverse import reach, way_ends
 from sgnlp.hand.inverse import reached
@@ -14,8 +14,6 @@ from sgnlp.planning.problem import Problem
 from sgnlp.program.carried import UNIT
 from sgnlp.program.nlp import Nlp
 from sgnlp.program.variables import AtContact, posture, variable_units
-
-Array = NDArray[np.float64]
 
 TARGET_DEPTH = 0.5
 """Initial targets lie this far from each tip towards the middle of the tips (paper's appendix: halfway)."""

@@ -4,11 +4,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.program.nlp import Nlp
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

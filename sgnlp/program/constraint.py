@@ -7,14 +7,11 @@ from operator import attrgetter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sgnlp.base.checked import plain, require, types_of
 from sgnlp.base.errors import InputError
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.ops import Exact, Ops
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-3
 """Tolerance of a constraint without its own, over its scale: 0.01 mm, 1 mN, a margin of 0.001."""

@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.settings import Settings, Solver
 from sgnlp.hand.hand import Hand
 from sgnlp.program import equilibrium
@@ -18,7 +18,6 @@ from sgnlp.program.lifting import Lifting
 from sgnlp.program.terms.term import Term
 from sgnlp.program.variables import Variables
 
-Array = NDArray[np.float64]
 Bounds = tuple[Array, Array]
 
 

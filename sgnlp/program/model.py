@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import Frames, forward, link_names
 from sgnlp.program import equilibrium
@@ -18,8 +18,6 @@ from sgnlp.program.motion import Motion, free
 from sgnlp.program.structure import Structure
 from sgnlp.program.torques import TipTorques
 from sgnlp.surface.jets import JET, Layout, expand
-
-Array = NDArray[np.float64]
 
 MIN_DEVIATION = 1e-6
 """Rounding of √σ_d² at 0 [m]."""

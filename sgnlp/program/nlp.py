@@ -15,8 +15,8 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.hand.hand import Hand
 from sgnlp.program.constraint import Constraint
@@ -29,8 +29,6 @@ from sgnlp.program.parameters import ParameterVector
 from sgnlp.program.structure import Structure
 from sgnlp.program.terms.term import Term
 from sgnlp.surface.jets import Layout
-
-Array = NDArray[np.float64]
 
 ENERGY_UNIT = 100.0
 """The objective that the solver sees is E/ENERGY_UNIT."""

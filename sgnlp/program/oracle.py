@@ -10,16 +10,14 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.program.around import ALONE, Around, Fields
 from sgnlp.program.around_jets import AroundJets
 from sgnlp.program.nlp import Nlp
 from sgnlp.surface import native
 from sgnlp.surface.gpis import MEAN_JET, MIN_SLOPE, VARIANCE_JET, Gpis
 from sgnlp.surface.jets import Layout
-
-Array = NDArray[np.float64]
 
 ORDERS = 1 + 3
 """Number of entries of the mean's raw jet from the first step: value and first derivatives."""

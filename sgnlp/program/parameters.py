@@ -6,7 +6,8 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
+
+from sgnlp.base.arrays import Array
 
 
 class ParameterVector:
@@ -20,12 +21,12 @@ class ParameterVector:
         blocks = {name: ca.SX.sym(name, size) for name, size in self.sizes.items()}
         return ca.vertcat(*blocks.values()), SimpleNamespace(**blocks)
 
-    def unpack(self, p: NDArray[np.float64]) -> SimpleNamespace:
+    def unpack(self, p: Array) -> SimpleNamespace:
         """The blocks of a numeric vector."""
         blocks = np.split(p, np.cumsum(list(self.sizes.values()))[:-1])
         return SimpleNamespace(**dict(zip(self.sizes, blocks, strict=True)))
 
-    def pack(self, values: Mapping[str, Any]) -> NDArray[np.float64]:
+    def pack(self, values: Mapping[str, Any]) -> Array:
         """The numeric vector; every block must be given, with its size."""
         parts = [np.atleast_1d(np.asarray(values[name], dtype=float)).ravel() for name in self.sizes]
         for part, (name, size) in zip(parts, self.sizes.items(), strict=True):

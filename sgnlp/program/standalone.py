@@ -6,17 +6,14 @@ of `sgnlp.program.nlp`, exact and some hundred times faster.
 """
 
 import casadi as ca
-import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.program.around import ALONE
 from sgnlp.program.nlp import Nlp
 from sgnlp.surface.gpis import MIN_SLOPE, Gpis
 from sgnlp.surface.jets import JET
 from sgnlp.surface.symbolic import Posterior
-
-Array = NDArray[np.float64]
 
 
 def functions(nlp: Nlp, gpis: Gpis, p: Array) -> dict[str, ca.Function]:

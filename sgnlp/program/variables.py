@@ -10,14 +10,12 @@ pregrasp, at the stand-off and with the object lifted.
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import integrate
 from sgnlp.program.carried import POSTURES, UNIT
 from sgnlp.program.names import arm_names, contact_names, variable_names
-
-Array = NDArray[np.float64]
 
 UNITS = {"linear": 0.1, "angular": 1.0, "joint": 1.0, "target": 0.1, "gain": 100.0}
 """Units of the variables of every program [m, rad, rad, m, N/m], so that all are of order 1; at contact 1."""

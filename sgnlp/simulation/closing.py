@@ -1,15 +1,13 @@
 """Evaluates the readings of the closing: which part touched when and how hard, and how far off the plan."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.control.command import Command
 from sgnlp.planning.recompute import rotation_angle
 from sgnlp.simulation.outcome import Closing
 from sgnlp.simulation.protocol import Experiment, calm
 from sgnlp.simulation.recorder import Reading
-
-Array = NDArray[np.float64]
 
 LOADED = 0.05
 """Least force of a pad that carries load [N]: a twentieth of the weight of the lightest object tried."""

@@ -5,14 +5,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.planning.motion.trajectory import APPROACH
 from sgnlp.simulation.outcome import ARM, EARLY, OBSTACLE, PREGRASP, THING, Knock
 from sgnlp.simulation.scene import TABLE
 from sgnlp.simulation.world import World
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

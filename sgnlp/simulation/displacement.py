@@ -4,14 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.control.command import Command
 from sgnlp.hand.hand import Hand
 from sgnlp.simulation.route import Leg, Route
 from sgnlp.simulation.settings import SimulationSettings
-
-Array = NDArray[np.float64]
 
 
 def displaced(command: Command, shift: Array, turn: Array) -> Command:

@@ -3,15 +3,13 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.hand.arm_kinematics import wrist_pose
 from sgnlp.simulation.arm_articulation import ARM, tune
 from sgnlp.simulation.route import Leg
 from sgnlp.simulation.settings import SimulationSettings
 from sgnlp.simulation.world import World
-
-Array = NDArray[np.float64]
 
 
 class Driver:

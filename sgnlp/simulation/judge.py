@@ -5,7 +5,6 @@ from dataclasses import replace
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sgnlp.control.command import Command
 from sgnlp.hand.hand import Hand
@@ -19,8 +18,6 @@ from sgnlp.simulation.protocol import AXES, Experiment
 from sgnlp.simulation.recorder import Reading
 from sgnlp.simulation.route import Moving
 from sgnlp.simulation.settings import SAMPLE, SimulationSettings
-
-Array = NDArray[np.float64]
 
 CLEAR = 5e-4
 """Least height of the lowest point over the table that counts as clear of it [m]."""

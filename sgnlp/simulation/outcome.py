@@ -4,9 +4,8 @@ from dataclasses import dataclass, fields, is_dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from sgnlp.base.arrays import Array, StrArray
 
 Ending = Literal["held", "slid", "dropped", "not lifted", "in collision", "diverged"]
 
@@ -117,7 +116,7 @@ class Trace:
     """Samples of the whole run for pictures and figures: T samples, m fingers."""
 
     time: Array  # (T,) [s] since the pregrasp; below 0 on the approach
-    phase: NDArray[np.str_]  # (T,) pregrasp, or with a motion approach, then close, lift, hold, push +x ...
+    phase: StrArray  # (T,) pregrasp, or with a motion approach, then close, lift, hold, push +x ...
     qpos: Array  # (T, nq) MuJoCo's configuration
     tips: Array  # (T, m, 3) [m] centres of the pads
     forces: Array  # (T, m, 3) [N] of the pads on the object

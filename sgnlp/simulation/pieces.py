@@ -6,12 +6,10 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.toolchain import cache_folder
 from sgnlp.simulation.body import Body
-
-Array = NDArray[np.float64]
 
 CONVEX_SHARE = 0.995
 """A body that fills this share of its hull counts as convex; a round can of 64 sides fills 1."""

@@ -8,9 +8,9 @@ from math import ceil
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
+from sgnlp.base.arrays import Array
 from sgnlp.control.command import Command
 from sgnlp.control.controller import Controller
 from sgnlp.control.law import WEIGHTLESS, Law
@@ -27,8 +27,6 @@ from sgnlp.simulation.recorder import Reading, Recorder
 from sgnlp.simulation.route import Leg, Route
 from sgnlp.simulation.settings import ROUNDING, SAMPLE, SimulationSettings
 from sgnlp.simulation.world import ARM_INERTIA, object_alone, world
-
-Array = NDArray[np.float64]
 
 REST_SPEED, REST_TURN = 1e-3, 2e-2
 """At rest, tips and object are slower than this [m/s] and the object turns slower than this [rad/s] ..."""

@@ -4,14 +4,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.simulation.contacts import Touch, knocks, touches
 from sgnlp.simulation.outcome import Knock, Trace
 from sgnlp.simulation.slip import Frame, Mark, mark
 from sgnlp.simulation.world import World
-
-Array = NDArray[np.float64]
 
 TRACE_EVERY = 4
 """The trace keeps every so many samples: 25 a second."""
@@ -29,7 +27,7 @@ class Reading:
     translation: Array  # (3,) [m]
     lowest: float  # [m] height of the object's lowest point
     forces: Array  # (m, 3) [N] of the pads on the object
-    touching: NDArray[np.bool_]  # (m,) pads
+    touching: BoolArray  # (m,) pads
     links: dict[str, float]  # normal force [N] on the object of each link that touches it without its pad
     torques: Array  # (n,) |torque| of the motors over the hand's effort
     slide: Array  # (m,) [m] of each pad over the surface since the reading before

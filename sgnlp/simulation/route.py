@@ -5,14 +5,12 @@ from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array, BoolArray, StrArray
 from sgnlp.base.errors import InputError
 from sgnlp.control.command import Command
 from sgnlp.hand.hand import Hand
 from sgnlp.planning.motion.trajectory import APPROACH, LIFT, SQUEEZE
-
-Array = NDArray[np.float64]
 
 SAME = 1e-6
 """Largest distance of the approach's end from the pregrasp, for rounding [m, and components of a quaternion]."""
@@ -26,7 +24,7 @@ class Moving(Protocol):
         """(T,) [s]."""
 
     @property
-    def phase(self) -> NDArray[np.str_]:
+    def phase(self) -> StrArray:
         """(T,)."""
 
     @property
@@ -100,5 +98,5 @@ def route(made: Moving, command: Command, hand: Hand) -> Route:
     return Route(_leg(made.times, coordinates, approach), _leg(made.times, coordinates, lift))
 
 
-def _leg(times: Array, coordinates: Array, at: NDArray[np.bool_]) -> Leg:
+def _leg(times: Array, coordinates: Array, at: BoolArray) -> Leg:
     return Leg(times[at] - times[at][0], coordinates[at])

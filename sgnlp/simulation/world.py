@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.control.command import Command
 from sgnlp.hand.arm import Arm
 from sgnlp.hand.hand import Hand
@@ -18,8 +19,6 @@ from sgnlp.simulation.obstacles import OBSTACLE, add_obstacles
 from sgnlp.simulation.route import Route
 from sgnlp.simulation.scene import OBJECT, TABLE, add_object, compiled, empty_scene
 from sgnlp.simulation.settings import SimulationSettings
-
-Array = NDArray[np.float64]
 
 HAND = "hand/"
 """Prefix of all names from the hand's URDF."""

@@ -6,9 +6,9 @@ from itertools import cycle
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from sgnlp.base.arrays import Array
 from sgnlp.experiments.benchmarks.measure import Bench, Row, Time, spread, timing, warm_times
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import Problem
@@ -16,8 +16,6 @@ from sgnlp.planning.starts import starts
 from sgnlp.program.oracle import Oracle
 from sgnlp.surface.gpis import MEAN_JET, VARIANCE_JET
 from sgnlp.surface.native import NumpyJets, raw_jets
-
-Array = NDArray[np.float64]
 
 FUNCTIONS = {"f": "objective", "∇f": "gradient", "g": "rows", "J": "jacobian", "H": "hessian"}
 """The names of the field for those of an oracle."""

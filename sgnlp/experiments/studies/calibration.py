@@ -19,9 +19,9 @@ from statistics import NormalDist
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
+from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.base.errors import InputError
 from sgnlp.base.surface_settings import FreeSpace
 from sgnlp.experiments.frames import Frame, Lines, Tables
@@ -35,8 +35,6 @@ from sgnlp.surface.gpis import Gpis, fit
 from sgnlp.surface.kernel import Kernel, Radial
 from sgnlp.surface.kernels import KERNELS, Matern52, ThinPlate, named
 from sgnlp.surface.training import training_set
-
-Array = NDArray[np.float64]
 
 LEVELS = (0.5, 0.9, 0.95)
 QUANTILES = (0.0, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)
@@ -146,7 +144,7 @@ def rows_of(setup: Setup, file: Path, views: list[str]) -> list[Row]:
     return rows
 
 
-def _sides(gpis: Gpis, known: Truth, seen: NDArray[np.bool_]) -> Iterator[tuple[Any, ...]]:
+def _sides(gpis: Gpis, known: Truth, seen: BoolArray) -> Iterator[tuple[Any, ...]]:
     """The rest of a row for each offset, and each side that has points."""
     cosines = (gpis.normal(known.points) * known.normals).sum(axis=1)
     angles = np.degrees(np.arccos(np.clip(cosines, -1, 1)))

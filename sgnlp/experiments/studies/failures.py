@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.experiments.studies import trials
 from sgnlp.experiments.studies.study import Setup
 from sgnlp.experiments.studies.trials import LOADS, Condition, Row
@@ -14,8 +14,6 @@ from sgnlp.perception.synthetic.meshes import Mesh
 from sgnlp.perception.synthetic.truth import signed_distance
 from sgnlp.planning.plan import Plan
 from sgnlp.simulation import Outcome, true_body
-
-Array = NDArray[np.float64]
 
 # a pad has missed the surface if the surface is farther off than this [m], a quarter of the pads' size
 SURFACE_ERROR = 5e-3

@@ -10,10 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 
-Array = NDArray[np.float64]
+from sgnlp.base.arrays import Array
 
 # largest number of linear programs for a motion: each but the first adds a cut to the condition on the stiffness
 CUTS = 20

@@ -11,8 +11,8 @@ from math import hypot, nan
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.presets import VARIANTS
 from sgnlp.base.settings import Settings
 from sgnlp.experiments.frames import Frame, Lines, Tables, lines
@@ -23,8 +23,6 @@ from sgnlp.experiments.studies.trials import LOADS, NO_PLAN, Condition
 from sgnlp.perception.synthetic.meshes import Mesh
 from sgnlp.show.plots import Panel, Series
 from sgnlp.simulation import true_body
-
-Array = NDArray[np.float64]
 
 CAMERAS = 3
 """All of the problem set: the motion is judged here, not the surface."""

@@ -16,15 +16,13 @@ from itertools import islice, product
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.experiments.frames import Frame, Tables, curves, percent
 from sgnlp.experiments.studies.planar import Demands, Finger, Stage, holds, least_torque, turn
 from sgnlp.experiments.studies.study import Case, Setup, Study
 from sgnlp.perception.observation import Observation
 from sgnlp.show.plots import Panel
-
-Array = NDArray[np.float64]
 
 TRIANGLES = {"1": ((0, 0), (1, 0), (0.5, 1)), "2": ((0, 0), (1, 0), (1, 1))}
 """Vertices, counter-clockwise [m]; the paper draws them, and its contacts lie on them."""

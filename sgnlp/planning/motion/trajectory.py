@@ -5,9 +5,8 @@ from math import inf
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from sgnlp.base.arrays import Array
+from sgnlp.base.arrays import Array, IntArray, StrArray
 from sgnlp.program.constraint import Check
 
 APPROACH, CLOSE, SQUEEZE, LIFT = PHASES = ("approach", "close", "squeeze", "lift")
@@ -21,15 +20,15 @@ class Trajectory:
     """T samples of a hand with n joints and m fingers, on an arm with a joints or none (a = 0), in the world frame."""
 
     times: Array  # (T,) [s], from 0
-    phase: NDArray[np.str_]  # (T,), of `PHASES`
+    phase: StrArray  # (T,), of `PHASES`
     wrist: Array  # (T, 7) pose of the hand's root link, x y z [m] qx qy qz qw
     joints: Array  # (T, n) [rad], setpoints under position control
     arm: Array  # (T, a) [rad]
     setpoints: Array  # (T, m, 3) [m], where the springs of the fingertips end, under impedance control
     gains: Array  # (m,) [N/m], stiffness of these springs
-    joint_names: NDArray[np.str_]  # (n,)
-    arm_joint_names: NDArray[np.str_]  # (a,)
-    finger_names: NDArray[np.str_]  # (m,)
+    joint_names: StrArray  # (n,)
+    arm_joint_names: StrArray  # (a,)
+    finger_names: StrArray  # (m,)
     checks: tuple[Check, ...]
     meta: dict[str, Any]  # object, hand, digest of the cloud, rank and start of the grasp, name of the frame
 
@@ -56,7 +55,7 @@ class Trajectory:
         return np.asarray(found)
 
     @property
-    def ends(self) -> NDArray[np.int64]:
+    def ends(self) -> IntArray:
         """Indices of the first sample, and of the last sample of each phase."""
         return np.array([0, *(self.last(phase) for phase in PHASES)])
 

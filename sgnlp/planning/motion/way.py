@@ -14,9 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
-from sgnlp.base.arrays import Array
+from sgnlp.base.arrays import Array, StrArray
 from sgnlp.base.settings import Closing, Motion
 from sgnlp.hand.arm import Arm
 from sgnlp.hand.hand import Hand
@@ -35,7 +34,7 @@ class Way:
     """T samples; `off` (T,) [m] is the distance of the arm's wrist from the path, 0 without an arm."""
 
     times: Array
-    phase: NDArray[np.str_]
+    phase: StrArray
     wrist: Array
     joints: Array
     arm: Array

@@ -7,11 +7,9 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.program.oracle import Functions
-
-Array = NDArray[np.float64]
 
 CALLS = {"objective": "f", "gradient": "grad", "rows": "g", "jacobian": "jac", "hessian": "hess"}
 """The functions, and the names under which their calls are counted."""

@@ -9,13 +9,12 @@ from math import nan
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sgnlp.base import settings
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import SolverError
 from sgnlp.program.oracle import Functions
 
-Array = NDArray[np.float64]
 Bounds = tuple[Array, Array]
 Multipliers = tuple[Array, Array]
 """(λ_x (nx), λ_g (ng)): positive ones push down from upper bounds."""
