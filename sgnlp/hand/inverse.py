@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from sgnlp.hand.hand import Array, Hand
+from sgnlp.base.arrays import Array
+from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import frames, tip_jacobian, tips
 
 NEARNESS = 1e-4

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from sgnlp.base.arrays import Array
 from sgnlp.planning.kkt import Kkt, residuals
-from sgnlp.planning.solvers.solver import Array, Multipliers, NlpInstance
+from sgnlp.planning.solvers.solver import Multipliers, NlpInstance
 
 NEAR = 0.1
 """Slack of a scaled variable or row above which its estimated multiplier is 0."""

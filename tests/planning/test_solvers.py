@@ -19,6 +19,8 @@ import sgnlp
 from sgnlp.base.errors import InputError, SolverError
 from sgnlp.cli import run
 from sgnlp.cli.again import command
+from sgnlp.experiments.compare.meter import Meter
+from sgnlp.experiments.compare.probe import SOLUTION, START, instance, missing, problem
 from sgnlp.planning.multipliers import smallest_residuals
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.planner import Planner, _answer
@@ -26,9 +28,7 @@ from sgnlp.planning.results import HISTORY, load_grasps
 from sgnlp.planning.solvers import SOLVERS, solver_named
 from sgnlp.planning.solvers.bridge import differentiable
 from sgnlp.planning.solvers.ipopt import Ipopt
-from sgnlp.planning.solvers.meter import Meter
 from sgnlp.planning.solvers.plugins import Plugin
-from sgnlp.planning.solvers.probe import SOLUTION, START, instance, missing, problem
 from sgnlp.planning.solvers.process import apart, silence, spend
 from sgnlp.planning.solvers.solver import Answer, Refusal, Solver
 from sgnlp.planning.starts import starts

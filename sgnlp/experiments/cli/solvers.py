@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from rich.console import Console
 
 from sgnlp.cli import codes
+from sgnlp.experiments.compare.probe import missing
 from sgnlp.planning.solvers import SOLVERS
-from sgnlp.planning.solvers.probe import missing
 from sgnlp.planning.solvers.solver import Entry
 from sgnlp.show import tables
 

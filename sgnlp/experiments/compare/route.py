@@ -5,13 +5,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.settings import Settings
+from sgnlp.experiments.compare.meter import Meter
 from sgnlp.planning.kkt import Kkt
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution, solution
-from sgnlp.planning.solvers.meter import Meter
-from sgnlp.planning.solvers.solver import Answer, Array
+from sgnlp.planning.solvers.solver import Answer
 from sgnlp.planning.starts import starts
 from sgnlp.program.compiled import program
 from sgnlp.program.formulations import formulation

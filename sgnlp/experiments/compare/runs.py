@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.settings import Settings
 from sgnlp.experiments.compare.route import Route, Run, build_seconds
 from sgnlp.experiments.compare.row import Row
@@ -20,7 +21,7 @@ from sgnlp.planning.multipliers import smallest_residuals
 from sgnlp.planning.problem import Problem, build_problem
 from sgnlp.planning.solution import Solution
 from sgnlp.planning.solvers.process import Send, apart, spend
-from sgnlp.planning.solvers.solver import Answer, Array
+from sgnlp.planning.solvers.solver import Answer
 from sgnlp.program.nlp import ENERGY_UNIT
 
 GRACE = 1.5  # factor on the time limit after which the kernel ends a process that did not stop by itself

@@ -8,7 +8,7 @@ import numpy as np
 
 from sgnlp.experiments.compare.row import Row
 from sgnlp.experiments.frames import Frame, Lines, frame, lines, percent, pick
-from sgnlp.planning.solvers.meter import CALLS
+from sgnlp.planning.solvers.casadi_call import CALLS
 
 SAME = 1e-3  # energies that differ by less, relative to the larger or absolute, are of the same local optimum
 DECREASE = 1e-3  # τ of Moré & Wild's test of convergence, f(x₀) - f(x) ≥ (1 - τ)(f(x₀) - f_best)

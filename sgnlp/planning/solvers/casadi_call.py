@@ -7,10 +7,12 @@ from weakref import WeakKeyDictionary
 import casadi as ca
 import numpy as np
 
-from sgnlp.planning.solvers.meter import CALLS
-from sgnlp.planning.solvers.solver import Answer, Array, NlpInstance, Solver
+from sgnlp.base.arrays import Array
+from sgnlp.planning.solvers.solver import Answer, NlpInstance, Solver
 from sgnlp.program.oracle import Functions
 
+CALLS = {"objective": "f", "gradient": "grad", "rows": "g", "jacobian": "jac", "hessian": "hess"}
+"""The functions, and the names under which their calls are counted."""
 ASKED = {
     "nlp_f": ("f",),
     "nlp_g": ("g",),

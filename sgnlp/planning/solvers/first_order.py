@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sgnlp.base.arrays import Array
 from sgnlp.hand.hand import Hand
-from sgnlp.planning.solvers.solver import Answer, Array, Entry, NlpInstance, Refusal, Solver
+from sgnlp.planning.solvers.solver import Answer, Entry, NlpInstance, Refusal, Solver
 from sgnlp.program.variables import UNITS, variable_kinds
 
 RATES = {"linear": 1e-3, "angular": 1e-3, "joint": 2e-3, "target": 2e-3, "gain": 0.5}

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sgnlp.base.arrays import Array
 from sgnlp.planning.solvers.scipy_call import ScipySolver, minimise
-from sgnlp.planning.solvers.solver import Answer, Array, Entry, NlpInstance
+from sgnlp.planning.solvers.solver import Answer, Entry, NlpInstance
 
 FIRST_WEIGHT, GROWTH, LARGEST_WEIGHT = 10.0, 10.0, 1e8
 """First ρ, its factor if the violation does not fall enough, and its largest value."""

@@ -7,10 +7,11 @@ from typing import Any
 
 import casadi as ca
 
+from sgnlp.base.arrays import Array
 from sgnlp.planning.solvers.bridge import differentiable
 from sgnlp.planning.solvers.casadi_call import CasadiSolver
 from sgnlp.planning.solvers.process import silence
-from sgnlp.planning.solvers.solver import Answer, Array, Entry, NlpInstance, Refusal
+from sgnlp.planning.solvers.solver import Answer, Entry, NlpInstance, Refusal
 
 Options = dict[str, Any]
 COMMON: Options = {"print_time": False, "calc_lam_p": False, "error_on_fail": False}

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
-from sgnlp.planning.solvers.solver import Array, NlpInstance, Solver
+from sgnlp.base.arrays import Array
+from sgnlp.planning.solvers.solver import NlpInstance, Solver
 
 
 @dataclass(frozen=True)

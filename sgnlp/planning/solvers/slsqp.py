@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.base.arrays import Array
 from sgnlp.planning.solvers.scipy_call import ScipySolver, minimise
-from sgnlp.planning.solvers.solver import Answer, Array, Entry, NlpInstance
+from sgnlp.planning.solvers.solver import Answer, Entry, NlpInstance
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,9 @@ from importlib import import_module
 
 import numpy as np
 
+from sgnlp.base.arrays import Array
 from sgnlp.planning.solvers.scipy_call import ScipySolver, minimise
-from sgnlp.planning.solvers.solver import Answer, Array, Entry, NlpInstance
+from sgnlp.planning.solvers.solver import Answer, Entry, NlpInstance
 
 
 @dataclass(frozen=True)

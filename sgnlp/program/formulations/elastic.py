@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.settings import Solver
-from sgnlp.program.formulation import Array, Bounds, Formulation, Phase
+from sgnlp.program.formulation import Bounds, Formulation, Phase
 from sgnlp.program.formulations.constrained import Constrained
 from sgnlp.program.formulations.penalty import FreeWrist
 from sgnlp.program.nlp import Nlp

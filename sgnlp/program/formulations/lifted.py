@@ -15,6 +15,7 @@ from types import SimpleNamespace
 import casadi as ca
 import numpy as np
 
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand
@@ -22,7 +23,7 @@ from sgnlp.hand.kinematics import frames
 from sgnlp.program import equilibrium
 from sgnlp.program.attitude import stiffness
 from sgnlp.program.constraint import FORCE, LENGTH, TORQUE, Constraint, Rows
-from sgnlp.program.formulation import Array, Bounds
+from sgnlp.program.formulation import Bounds
 from sgnlp.program.formulations.constrained import Constrained
 from sgnlp.program.lifting import Lifting
 from sgnlp.program.names import AXES

@@ -9,10 +9,8 @@ import casadi as ca
 import numpy as np
 
 from sgnlp.base.arrays import Array
+from sgnlp.planning.solvers.casadi_call import CALLS
 from sgnlp.program.oracle import Functions
-
-CALLS = {"objective": "f", "gradient": "grad", "rows": "g", "jacobian": "jac", "hessian": "hess"}
-"""The functions, and the names under which their calls are counted."""
 
 
 class _Tap(ca.Callback):
