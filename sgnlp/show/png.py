@@ -48,8 +48,9 @@ DOT = 4e-4
 """Half the side of a point [m]; a segment is a quarter of this wide for each pixel of its width."""
 FAINT = 0.25
 """Opacity of the cloud's points, so that the surface under them is visible."""
-MANY, MERGED = 5000, 0.002
-"""A mesh of more triangles is drawn with its vertices merged in cells of this edge [m], three pixels of a hand."""
+MERGED = 0.002
+"""A mesh is drawn with its vertices merged in cells of this edge [m], three pixels of a hand, if half a cell is larger
+than its mean triangle."""
 MAP = "viridis"
 """Colour map of the deviation; its order is clear to colour-blind readers too."""
 WIDE = (TABLE, OBSTACLES, ARM)
@@ -120,9 +121,19 @@ def _encoded(pixels: NDArray[np.uint8]) -> bytes:
     return file.getvalue()
 
 
+def _normals(shape: Shape) -> Array:
+    """Normals of triangles (F, 3), twice their areas long."""
+    corners = shape.vertices[shape.cells]  # (F, 3, 3)
+    return np.asarray(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+
+
 def _merged(shape: Shape) -> Shape:
-    """A mesh without the triangles that are too small to see, if it has many: drawing a million takes a minute."""
-    if shape.values is not None or shape.cells.shape[1] < 3 or len(shape.cells) <= MANY:
+    """A mesh without the triangles that are too small to see: drawing a million takes a minute."""
+    if (
+        shape.values is not None
+        or shape.cells.shape[1] < 3
+        or np.linalg.norm(_normals(shape), axis=1).mean() > MERGED**2
+    ):
         return shape
     index = np.floor(shape.vertices / MERGED).astype(int)
     _, first, where = np.unique(index, axis=0, return_index=True, return_inverse=True)
@@ -150,7 +161,8 @@ def _view(shapes: Sequence[Shape], labels: Sequence[Label], azimuth: float, colo
     order = np.argsort(depth, kind="stable")  # the table, seen from above, is behind everything
     edges = faces[order].copy()
     edges[edges[:, 3] < 1] = 0.0  # seams show between opaque triangles alone
-    ax.add_collection(PolyCollection(polygons[order], facecolors=faces[order], edgecolors=edges, linewidths=0.3))
+    drawn_in_order = PolyCollection(polygons[order], facecolors=faces[order], edgecolors=edges, linewidths=0.3)
+    ax.add_collection(drawn_in_order, autolim=False)
     plane = np.concatenate([p for shape, (p, _, _) in zip(shapes, drawn, strict=True) if shape.layer not in WIDE])
     _fit(ax, plane)
     _name(ax, labels, plane.reshape(-1, 2), camera)
@@ -226,7 +238,7 @@ def _polygons(shape: Shape, camera: Array, colours: Any) -> tuple[Array, Array, 
         rgba[:, :3] = colours(shape.values[shape.cells].mean(axis=1))[:, :3]
     plane = corners[:, :, :2]
     if plane.shape[1] == 3:
-        normal = np.cross(*np.moveaxis(shape.vertices[shape.cells][:, 1:] - shape.vertices[shape.cells][:, :1], 1, 0))
+        normal = _normals(shape)
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
         rgba[:, :3] *= AMBIENT + (1 - AMBIENT) * np.abs(normal @ LIGHT)[:, None]
         return plane[:, [0, 1, 2, 2]], depth, rgba

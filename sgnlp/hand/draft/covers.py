@@ -37,6 +37,8 @@ OFF_AXIS = 1.1
 SHY = 0.001 * np.arange(8, -9, -2)
 """Distance of spheres behind a pad's front [m]: the clearance between links and object at contact in plans, or as much
 of it as still covers. Otherwise a sphere beside a broad pad would keep the pad off the object."""
+CACHED = 1000
+"""Points at a time whose distances from all spheres stay in a processor's cache."""
 DIRECTIONS = 200
 """Directions in which the bulge of a sphere is measured."""
 
@@ -116,17 +118,17 @@ def _chosen(points: Array, centres: Array, radii: Array, costs: Array) -> list[B
 
 def _shrunk(points: Array, balls: Sequence[Ball]) -> list[Ball]:
     """The spheres, reduced to the points that no other one covers, beginning with the one with the most points."""
-    distances = cdist(points, np.array([ball.centre for ball in balls]).reshape(-1, 3))
-    left = distances <= np.array([ball.radius for ball in balls]) + OUTSIDE - ROUNDING
+    distances = cdist(np.array([ball.centre for ball in balls]).reshape(-1, 3), points)  # (B, K)
+    inside = distances <= np.array([ball.radius for ball in balls])[:, None] + OUTSIDE - ROUNDING
+    count = inside.sum(axis=0)  # spheres around each point
     found = []
-    for j in np.argsort(-left.sum(axis=0), kind="stable"):
-        own = left[:, j] & (left.sum(axis=1) == 1)
-        if not own.any():
-            left[:, j] = False
-            continue
-        radius = min(balls[j].radius, max(float(distances[own, j].max()) - OUTSIDE + RESERVE, OUTSIDE))
-        left[:, j] = distances[:, j] <= radius + OUTSIDE - ROUNDING
-        found.append(Ball(balls[j].centre, radius))
+    for j in np.argsort(-inside.sum(axis=1), kind="stable"):
+        own = inside[j] & (count == 1)
+        count -= inside[j]
+        if own.any():
+            radius = min(balls[j].radius, max(float(distances[j, own].max()) - OUTSIDE + RESERVE, OUTSIDE))
+            count += distances[j] <= radius + OUTSIDE - ROUNDING
+            found.append(Ball(balls[j].centre, radius))
     return found
 
 
@@ -155,7 +157,8 @@ def _gaps(points: Array, balls: Sequence[Ball]) -> Array:
     if not balls:
         return np.full(len(points), np.inf)
     centres, radii = np.array([ball.centre for ball in balls]), np.array([ball.radius for ball in balls])
-    return np.asarray((cdist(points, centres) - radii).min(axis=1))
+    parts = (points[i : i + CACHED] for i in range(0, len(points), CACHED))
+    return np.concatenate([(cdist(part, centres) - radii).min(axis=1) for part in parts] or [np.zeros(0)])
 
 
 def _excess(solid: Solid, balls: Sequence[Ball]) -> float:
