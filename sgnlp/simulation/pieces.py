@@ -1,14 +1,14 @@
 """Convex pieces of a body: MuJoCo collides convex hulls, so a mesh that is not convex is decomposed (CoACD)."""
 
-import io
-import os
-import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.errors import SgnlpError
 from sgnlp.base.toolchain import cache_folder
+from sgnlp.planning import results
 from sgnlp.simulation.body import Body
 
 CONVEX_SHARE = 0.995
@@ -53,16 +53,6 @@ def _decompose(body: Body, error: float) -> list[Array]:
 
 
 def _save(file: Path, parts: list[Array]) -> None:
-    """Write the file in one step, since another process may write it too; skip it if the cache cannot be written."""
-    content = io.BytesIO()
-    np.savez_compressed(content, **{f"{i:03d}": part for i, part in enumerate(parts)})  # type: ignore[arg-type]
-    name = ""
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=file.parent)
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(content.getvalue())
-        os.replace(name, file)
-    except OSError:
-        if name:
-            Path(name).unlink(missing_ok=True)
+    """Write the file, unless the cache cannot be written."""
+    with suppress(SgnlpError):
+        results.write_bytes(file, results.npz({f"{i:03d}": part for i, part in enumerate(parts)}))

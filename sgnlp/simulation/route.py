@@ -2,38 +2,20 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
-from sgnlp.base.arrays import Array, BoolArray, StrArray
+from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.base.errors import InputError
 from sgnlp.control.command import Command
 from sgnlp.hand.hand import Hand
-from sgnlp.planning.motion.trajectory import APPROACH, LIFT, SQUEEZE
+from sgnlp.planning.motion.trajectory import APPROACH, LIFT, SQUEEZE, Trajectory
+from sgnlp.planning.motion.way import Way
 
+Moving = Trajectory | Way
 SAME = 1e-6
 """Largest distance of the approach's end from the pregrasp, for rounding [m, and components of a quaternion]."""
-
-
-class Moving(Protocol):
-    """The common part of `Trajectory` and `Way`: T samples."""
-
-    @property
-    def times(self) -> Array:
-        """(T,) [s]."""
-
-    @property
-    def phase(self) -> StrArray:
-        """(T,)."""
-
-    @property
-    def wrist(self) -> Array:
-        """(T, 7) x y z [m] qx qy qz qw."""
-
-    @property
-    def arm(self) -> Array:
-        """(T, a) [rad or m]; a = 0 without an arm."""
 
 
 @dataclass(frozen=True, eq=False)
