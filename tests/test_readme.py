@@ -14,7 +14,8 @@ from readers import pieces_are_coarse, plans_are_cheap, simulations_are_brief
 
 from sgnlp.experiments.benchmarks import replanning
 from sgnlp.experiments.benchmarks.measure import Row
-from sgnlp.experiments.frames import Frame, frame
+from sgnlp.experiments.frames import Frame, frame, wilson
+from sgnlp.experiments.reliability import bins
 from sgnlp.experiments.studies import arm, calibration, confidence, convergence, hands, pose, triangles
 from sgnlp.experiments.studies.trials import NO_PLAN
 from sgnlp.planning import results
@@ -304,11 +305,15 @@ def test_what_is_said_of_the_confidence_is_so():
     measured = framed("confidence", confidence.Row)
     held_out, told = confidence.judged(measured)
     assert says("confidence", f"{len(held_out)} grasps of {held_out.object.nunique()} problems")
-    sure, middle = told > 0.92, (told > 0.8) & (told < 0.9)
-    assert abs(held_out.held[sure].mean() - told[sure].mean()) < 0.05
-    assert 0.05 < told[middle].mean() - held_out.held[middle].mean() < 0.15
+    found = list(bins(told, held_out.held.to_numpy(bool), confidence.BINS))
+    off = [100 * (b.mean - b.held / b.number) for b in found]
+    assert [f"{b.low:.2f} to {b.high:.2f}" for b, far in zip(found, off, strict=True) if far > 4] == ["0.83 to 0.95"]
+    assert round(max(off)) == 6
+    assert sorted(map(abs, off))[-2] < 4
+    assert all(wilson(b.held, b.number)[0] < b.mean < wilson(b.held, b.number)[1] for b in found)
+    assert says("confidence", "between 0.83 and 0.95 the confidence is six points too high")
     tuning = confidence.of_half(measured, "tuning")
-    assert (len(tuning), round(100 * tuning.held.mean())) == (271, 87)
+    assert (len(tuning), round(100 * tuning.held.mean())) == (278, 91)
 
 
 def test_the_table_of_convergence_ends_with_the_sum():
