@@ -11,7 +11,8 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand
-from sgnlp.hand.kinematics import NORM_OFF, tips
+from sgnlp.hand.kinematics import tips
+from sgnlp.hand.model import check_unit
 
 NEEDED = ("wrist", "joints", "tips", "targets", "gains")
 ARRAYS = (*NEEDED, "joints_contact", "joints_squeeze", "contacts_eq", "forces_eq", "rotation_eq", "translation_eq")
@@ -101,13 +102,6 @@ def check(command: Command, hand: Hand) -> None:
         if not (isinstance(value, Real) and 0 <= float(value) < inf):
             raise InputError(f"the grasp's {name} must be a finite number and not negative, not {value!r}")
     _check_planned(command, hand)
-
-
-def check_unit(wrist: Array, name: str) -> None:
-    """Raise `InputError` if the quaternion of a pose (7,) has not the norm 1."""
-    x, y, z, w = wrist[3:].tolist()
-    if not abs((x * x + y * y + z * z + w * w) ** 0.5 - 1.0) <= NORM_OFF:  # NaN too
-        raise InputError(f"{name} must be x y z [m] and a unit quaternion qx qy qz qw, not {wrist}")
 
 
 def _check_planned(command: Command, hand: Hand) -> None:

@@ -9,10 +9,11 @@ from numpy.typing import ArrayLike
 from sgnlp.base.arrays import Array
 from sgnlp.base.checked import require
 from sgnlp.base.errors import InputError
-from sgnlp.control.command import Command, check, check_unit
+from sgnlp.control.command import Command, check
 from sgnlp.control.law import Law, critical, freed, joint_torque, ramped, spring_forces
 from sgnlp.control.tree import Tree
 from sgnlp.hand.hand import Hand
+from sgnlp.hand.model import check_unit
 
 IMPEDANCE = Law()
 

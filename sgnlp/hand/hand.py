@@ -17,7 +17,7 @@ import pinocchio as pin
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.base.yaml_nodes import frozen, word
-from sgnlp.hand import hand_file, library
+from sgnlp.hand import hand_file, library, plausible
 from sgnlp.hand.arm import Arm, available_arms, base_pose, load_arm, with_base, with_mount
 from sgnlp.hand.description import description
 from sgnlp.hand.description.source import source_file
@@ -172,6 +172,7 @@ def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
     described = description(urdf, root, hand_file.changes(data))
     model = joint_model(described)
     names = own_joints(model)
+    plausible.check_speeds(model, names)
     fingers = hand_file.fingers(data["fingers"], model)
     finger_names = [finger.name for finger in fingers]
     spheres = hand_file.spheres(data["spheres"], preset, model, finger_names)
@@ -187,7 +188,7 @@ def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
         mimics=mimics(model),
         lower=lower,
         upper=upper,
-        effort=hand_file.effort(data["effort"], names),
+        effort=hand_file.effort(data["effort"], names, model),
         reference=hand_file.posture(data["reference"], "reference", names, lower, upper),
         fingers=fingers,
         spheres=spheres.spheres,

@@ -18,8 +18,6 @@ from sgnlp.hand.model import places
 from sgnlp.hand.placement_functions import motion_subspace
 from sgnlp.hand.placements import Backend, Chain, constant, placements
 
-NORM_OFF = 1e-3
-"""By which the norm of a pose's quaternion may be off 1: poses have at least four digits."""
 SERIES_TERMS = 16
 """Number of terms of the power series in θ². For |θ| ≤ 4 the remainder of value and two derivatives is below 1e-16."""
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.hand.hand import Hand
-from sgnlp.hand.kinematics import NORM_OFF
+from sgnlp.hand.model import NORM_OFF
 from sgnlp.planning.solution import Solution
 from sgnlp.program.carried import POSTURES
 from sgnlp.program.terms import Term
