@@ -11,14 +11,12 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand
-from sgnlp.hand.kinematics import tips
+from sgnlp.hand.kinematics import TIPS_OFF, tips_off
 from sgnlp.hand.model import check_unit
 
 NEEDED = ("wrist", "joints", "tips", "targets", "gains")
 ARRAYS = (*NEEDED, "joints_contact", "joints_squeeze", "contacts_eq", "forces_eq", "rotation_eq", "translation_eq")
 """The fields of a command that are arrays; all but the needed ones may be None."""
-TIPS_OFF = 5e-3
-"""[m], by which the tips of a planned grasp may be off those of its hand: a left and a right hand differ by more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +112,7 @@ def _check_planned(command: Command, hand: Hand) -> None:
     if tuple(command.joint_names) != hand.joint_names:
         theirs, ours = (", ".join(names) for names in (command.joint_names, hand.joint_names))
         raise InputError(f"the grasp is of another hand than '{hand.name}': its joints are {theirs}; valid: {ours}")
-    off = float(np.linalg.norm(command.tips - tips(hand, command.wrist, command.joints), axis=1).max())
+    off = tips_off(hand, command.wrist, command.joints, command.tips)
     if off > TIPS_OFF:
         raise InputError(
             f"the grasp is of another hand than '{hand.name}': a tip is {1e3 * off:.0f} mm off; load the hand "

@@ -18,7 +18,7 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.base.yaml_nodes import frozen, word
 from sgnlp.hand import hand_file, library, plausible
-from sgnlp.hand.arm import Arm, available_arms, base_pose, load_arm, with_base, with_mount
+from sgnlp.hand.arm import Arm, base_pose, load_arm, with_base, with_mount
 from sgnlp.hand.description import description
 from sgnlp.hand.description.source import source_file
 from sgnlp.hand.description.xml_file import content
@@ -34,6 +34,8 @@ class Hand:
     """A multi-fingered hand with n joints and m fingers; every joint array follows `joint_names`."""
 
     name: str
+    folder: Path
+    """The folder with its `hand.yaml`."""
     urdf: Path
     """Its URDF or MJCF file."""
     description: str
@@ -137,8 +139,7 @@ def told(hand: Hand) -> dict[str, Any] | None:
     """The arm of a hand in plain values, as for `load_hand`; None without one."""
     if hand.arm is None:
         return None
-    known = hand.arm.name in available_arms()
-    return {"name": hand.arm.name if known else str(hand.arm.folder.absolute()), "base": hand.arm.base.tolist()}
+    return {"name": library.called(hand.arm.folder), "base": hand.arm.base.tolist()}
 
 
 def on_arm(hand: Hand, arm: Arm) -> Hand:
@@ -180,6 +181,7 @@ def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
     gain_lower, gain_upper, gain_initial = hand_file.gains(data["gains"], finger_names)
     return Hand(
         name=word(data["name"], "name"),
+        folder=file.parent,
         urdf=urdf,
         description=described,
         model=model,

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.hand.hand import Hand, told
+from sgnlp.hand.library import called
 from sgnlp.perception.observation import Observation
 from sgnlp.planning import results
 from sgnlp.planning.cautions import cautions
@@ -95,6 +96,8 @@ class Plan:
             "reading": observation.reading and asdict(observation.reading, dict_factory=_plain),
             "table_height": observation.table_height,
             "hand": self.problem.hand.name,
+            "hand_folder": called(self.problem.hand.folder),
+            "hand_digest": self.problem.hand.digest,
             "arm": told(self.problem.hand),
             "settings": asdict(self.problem.settings, dict_factory=_plain),
             "surroundings": self.given.plain(),
@@ -138,9 +141,11 @@ class Plan:
 
     def summary(self) -> dict[str, Any]:
         """The plan's outcome: counts, every start, the best grasp's breakdown, what was dropped or assumed."""
+        grasps = self.arrays()
         return self.meta() | {
+            "plan": grasps.digest,
             "notes": [*self.observation.notes, *filter(None, [self.problem.surroundings.words()])],
-            "cautions": cautions(Planned(self.arrays(), self.problem.hand, self.observation, self.problem)),
+            "cautions": cautions(Planned(grasps, self.problem.hand, self.observation, self.problem)),
             "feasible": sum(s.feasible for s in self.solutions),
             "solved": sum(s.solved(self.tolerance) for s in self.solutions),
             "starts_table": [_start(s, rank) for rank, s in enumerate(self.solutions)]

@@ -31,7 +31,9 @@ class Trajectory:
     arm_joint_names: NDArray[np.str_]  # (a,)
     finger_names: NDArray[np.str_]  # (m,)
     checks: tuple[Check, ...]
-    meta: dict[str, Any]  # object, hand, digest of the cloud, rank and start of the grasp, name of the frame
+    meta: dict[
+        str, Any
+    ]  # object, hand, digests of the cloud and of the plan, rank and start of the grasp, name of the frame
 
     def __len__(self) -> int:
         return len(self.times)
