@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.checked import plain, require_fields
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand
@@ -48,6 +49,8 @@ class Command:
 
     def __post_init__(self) -> None:
         """Make the arrays of lists."""
+        object.__setattr__(self, "joint_names", plain(self.joint_names))
+        require_fields(self, "the grasp", ("joint_names",))
         for name in ARRAYS:
             value = getattr(self, name)
             if value is None and name not in NEEDED:

@@ -15,6 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.checked import Typed, typed
 from sgnlp.base.errors import InputError
 from sgnlp.base.yaml_nodes import frozen, word
 from sgnlp.hand import hand_file, library, plausible
@@ -30,8 +31,10 @@ HAND_FILE = "hand.yaml"
 
 
 @dataclass(frozen=True, eq=False)
-class Hand:
+class Hand(Typed):
     """A multi-fingered hand with n joints and m fingers; every joint array follows `joint_names`."""
+
+    called = "a hand"
 
     name: str
     folder: Path
@@ -96,6 +99,7 @@ def available_hands() -> tuple[str, ...]:
     return library.names(HAND_FILE)
 
 
+@typed
 def load_hand(
     name_or_folder: str | Path,
     spheres: str = "cover",

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, TypeVar
 
-from sgnlp.base.checked import require
+from sgnlp.base.checked import require, require_fields, typed
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
@@ -52,6 +52,7 @@ class Additions:
                 )
             if not (constraint.bounded or not is_own(constraint.value)):
                 raise InputError(f"constraint '{constraint.name}' bounds nothing; give it lower, upper or both")
+        require_fields(self, "a plan", ("without_terms", "without_constraints"))
         if self.kernel is None:
             return
         if not (isinstance(self.kernel, type) and issubclass(self.kernel, Kernel)):
@@ -145,6 +146,7 @@ class Named(Mapping[str, Part]):
         return name in self._parts
 
 
+@typed
 def terms(settings: Settings = ROBUST) -> Named[Term]:
     """The built-in terms of settings, with their weights, by name. `Term` gives the equation of each.
 
@@ -155,6 +157,7 @@ def terms(settings: Settings = ROBUST) -> Named[Term]:
     return Named("term", preset_terms(settings))
 
 
+@typed
 def constraints(settings: Settings = ROBUST) -> Named[Constraint]:
     """The built-in constraints of settings, with their bounds in SI units, by name.
 

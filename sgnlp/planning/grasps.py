@@ -5,11 +5,14 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
+from numbers import Integral
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.base.checked import Typed
+from sgnlp.base.errors import InputError
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import TIPS_OFF, tips_off
 from sgnlp.hand.model import NORM_OFF
@@ -22,11 +25,13 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Grasps:
+class Grasps(Typed):
     """G grasps of a hand with m fingers, n joints and S spheres, in the world frame, sorted best first.
 
     Feasible ones come first. `meta` has how they were made: versions, settings, seed, hand, input, timings.
     """
+
+    called = "grasps"
 
     wrist: Array  # (G, 7) pose of the hand's root link, x y z [m] qx qy qz qw
     joints: Array  # (G, n) [rad], in the order of joint_names
@@ -87,7 +92,9 @@ class Grasps:
         return found.hexdigest()
 
     def posture(self, rank: int = 0) -> Posture:
-        """The grasp of this rank as the program's variables."""
+        """The grasp of this rank as the program's variables. Raises `InputError` if there is none."""
+        if not isinstance(rank, Integral) or rank not in range(len(self)):
+            raise InputError(f"the rank of a grasp must be 0 to {len(self) - 1}, not {rank!r:.60}")
         names = ("wrist", "joints", "targets", "gains", "c", "joints_contact")
         own = {name: getattr(self, name)[rank] for name in names}
         return Posture(**own, arm=self.arm[rank] if len(self.arm_joint_names) else None)

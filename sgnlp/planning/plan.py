@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.base.checked import Typed, typed
 from sgnlp.hand.hand import Hand, told
 from sgnlp.hand.library import called
 from sgnlp.perception.observation import Observation
@@ -33,11 +34,13 @@ from sgnlp.program.constraint import Check
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class Plan(Typed):
     """Ranked solutions of one observation, best first, and the starts that gave none.
 
     `seconds` has the wall times of fitting the surface and of solving all starts.
     """
+
+    called = "a plan"
 
     observation: Observation
     problem: Problem
@@ -154,6 +157,7 @@ class Plan:
             "motion": _motion(self.motion) if self.motion else None,
         }
 
+    @typed
     def save(self, folder: str | Path) -> None:
         """Write `grasps.npz`, `summary.json`, `history.npz` and the motion's files into a folder, all or none."""
         results.save(self.arrays(), self.summary(), Path(folder), self.histories(), self.motion_files())

@@ -7,11 +7,10 @@ from types import NoneType
 
 import numpy as np
 
-from sgnlp.base.arrays import Array
+from sgnlp.base.arrays import Array, floats
 from sgnlp.base.errors import InputError, SolverError
 from sgnlp.base.threads import one_thread
 from sgnlp.hand.hand import Hand
-from sgnlp.perception.clouds import floats
 from sgnlp.perception.observation import Observation
 from sgnlp.planning import arguments
 from sgnlp.planning.faraway import moved_cloud, moved_hand, moved_problem, origin

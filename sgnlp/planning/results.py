@@ -20,6 +20,7 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
+from sgnlp.base.checked import typed
 from sgnlp.base.errors import InputError, MachineError, gives_out
 from sgnlp.planning.archive import read_archive
 from sgnlp.planning.grasps import Grasps
@@ -92,6 +93,7 @@ def check_plan(file: Path, plan: object, grasps: Grasps) -> None:
         )
 
 
+@typed
 def load_grasps(path: str | Path) -> Grasps:
     """Read the grasps of a result folder, or of its `grasps.npz`.
 

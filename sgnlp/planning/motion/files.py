@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from sgnlp.base.checked import typed
 from sgnlp.base.errors import InputError
 from sgnlp.planning import results
 from sgnlp.planning.archive import read_archive
@@ -34,6 +35,7 @@ def contents(made: Trajectory, grasps: Grasps) -> dict[str, bytes]:
     return dict(zip(results.MOTION, found, strict=True))
 
 
+@typed
 def load_trajectory(path: str | Path) -> Trajectory:
     """Read the trajectory of a result folder, or of its `trajectory.npz`.
 

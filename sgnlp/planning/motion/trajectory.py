@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.checked import Typed
 from sgnlp.program.constraint import Check
 
 APPROACH, CLOSE, SQUEEZE, LIFT = PHASES = ("approach", "close", "squeeze", "lift")
@@ -17,8 +18,10 @@ BETWEEN = ": "
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class Trajectory(Typed):
     """T samples of a hand with n joints and m fingers, on an arm with a joints or none (a = 0), in the world frame."""
+
+    called = "a trajectory"
 
     times: Array  # (T,) [s], from 0
     phase: NDArray[np.str_]  # (T,), of `PHASES`
