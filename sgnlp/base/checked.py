@@ -4,7 +4,7 @@ import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields
 from functools import cache, wraps
-from math import isfinite
+from math import inf, isfinite
 from numbers import Integral
 from os import PathLike
 from pathlib import Path
@@ -80,12 +80,9 @@ class Checked:
         for number in value if isinstance(value, tuple) else (value,):
             if isinstance(number, float | int) and not isfinite(number):
                 raise InputError(f"--{flag} must be a finite number, not {number}")
-        interval = self.interval(name)
-        if interval is not None and value is not None and not interval[0] <= value <= interval[1]:
-            bounds = (
-                f"at least {interval[0]:g}" if interval[1] == POSITIVE[1] else "between {:g} and {:g}".format(*interval)
-            )
-            raise InputError(f"--{flag} must be {'positive' if interval == POSITIVE else bounds}, not {value:g}")
+            low, high = self.interval(name) or (-inf, inf)
+            if isinstance(number, float | int) and not low <= number <= high:
+                raise InputError(f"--{flag} must be {_bounds(low, high)}, not {number:g}")
 
     def _ordered(self, low: str, high: str) -> None:
         if getattr(self, low) > getattr(self, high):
@@ -123,6 +120,13 @@ def typed(function: Function) -> Function:
         return function(*args, **kwargs)
 
     return checked  # type: ignore[return-value]
+
+
+def _bounds(low: float, high: float) -> str:
+    """What an interval asks for."""
+    if low == POSITIVE[0]:
+        return "positive" if high == POSITIVE[1] else f"positive and at most {high:g}"
+    return f"at least {low:g}" if high == POSITIVE[1] else f"between {low:g} and {high:g}"
 
 
 def plain(value: Any) -> Any:

@@ -3,14 +3,14 @@
 from dataclasses import asdict, dataclass, field
 from hashlib import sha256
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 import tyro
 from rich.console import Console
 
-from sgnlp.base.checked import POSITIVE
 from sgnlp.base.errors import InputError
+from sgnlp.base.ranges import BodyMass, Friction
 from sgnlp.cli import codes
 from sgnlp.cli.flags import made
 from sgnlp.cli.progress import bars
@@ -35,9 +35,9 @@ DEFAULTS = SimulationSettings()
 class Flags(SimulationSettings):
     """Settings as flags. If mass and friction are not given, those of the plan are used."""
 
-    mass: Annotated[float | None, POSITIVE] = None  # type: ignore[assignment]
+    mass: Annotated[float | None, get_args(BodyMass)[1]] = None  # type: ignore[assignment]
     """mass of the object [kg], spread evenly over its volume; if not given, the mass that the plan assumes"""
-    friction: Annotated[float | None, POSITIVE] = None  # type: ignore[assignment]
+    friction: Annotated[float | None, get_args(Friction)[1]] = None  # type: ignore[assignment]
     """Coulomb's coefficient of every contact; if not given, the friction that the plan assumes"""
 
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
+from sgnlp.base.ranges import SOFTEST, STIFFEST
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ METRES = "is it in metres?"
 RADIUS = Span(0.0, 0.5, "m", METRES)  # the UR10's elbow has 0.135 m, a finger's bone of 4 mm would be 4
 PAD = Span(0.0, 0.1, "m", METRES)  # 0.012 m; one of 5 mm in centimetres would be 0.5
 PLACE = Span(0.0, 1.0, "m from 0", METRES)  # wrist starts up to 0.21 m, mounts up to 0.1 m
-GAIN = Span(1.0, 1e5, "N/m", "is it in N/m?")  # 40 to 400 N/m; 0.04 to 0.4 in N/mm
+GAIN = Span(SOFTEST, STIFFEST, "N/m", "is it in N/m?")
 LEAST_SIZE = 0.25
 """Size [m] of a hand whose links have their frames at one place, as jaws that slide: that of the package's hands."""
 TURNING, SLIDING = "R", "P"

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from sgnlp.base.arrays import Array, IntArray, floats, integers
 from sgnlp.base.errors import InputError, unknown
+from sgnlp.base.ranges import HEAVIEST
 from sgnlp.perception import depth_checks, point_files
 from sgnlp.perception.text_rows import directions
 
@@ -37,7 +38,6 @@ EXPECTED = (
 )
 ROTATION_SLACK = 1e-3
 """Largest deviation of a pose's rotation from an orthogonal matrix: poses have at least four digits."""
-HEAVIEST = 100.0  # [kg] no hand lifts more; a mass in grams is more
 MAX_NAME = 100
 UNSAFE = re.compile(r"[^\w .+-]")  # in the name of a folder
 ZIP_HEADS = (b"PK\x03\x04", b"PK\x05\x06")  # of an archive with files, and of an empty one
