@@ -11,7 +11,7 @@ from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
 from sgnlp.planning.solvers.solver import Solver
 from sgnlp.program.around import ALONE, Around
-from sgnlp.program.constraint import Constraint
+from sgnlp.program.constraint import Constraint, is_own
 from sgnlp.program.constraints import preset_constraints
 from sgnlp.program.formulation import Formulation
 from sgnlp.program.formulations import formulation
@@ -92,11 +92,6 @@ class Additions:
 
 
 NOTHING = Additions()
-
-
-def is_own(part: Any) -> bool:
-    """Whether a class or function is the user's own, and not of this package."""
-    return not str(getattr(part, "__module__", "")).startswith("sgnlp.")
 
 
 def _check(kind: str, part: Any, of: type[Term] | type[Constraint]) -> None:
