@@ -101,7 +101,7 @@ def posed(settings: Settings, around: Surroundings = NOWHERE, arm: str | None = 
 
 def impossible(settings: Settings) -> Settings:
     """Settings that no grasp meets: a hand far above its object. A solver is not to search for long."""
-    limits = replace(settings.limits, table_margin=10.0)
+    limits = replace(settings.limits, table_margin=0.5)
     return replace(settings, limits=limits, solver=replace(settings.solver, penalty_iterations=2, max_iterations=5))
 
 

@@ -151,10 +151,32 @@ def test_a_term_that_casadi_cannot_take_or_that_is_no_number_is_told_by_name():
         def value(self, g, op):
             return g.gains
 
-    with pytest.raises(sgnlp.InputError, match="term 'odd' cannot be written in CasADi"):
+    line = r"at line \d+, 'return np.linalg.norm\(g.contacts\)'"
+    with pytest.raises(
+        sgnlp.InputError, match=rf"term 'odd' cannot be written in CasADi {line}: .*`op`, such as op\.sum"
+    ):
         build(hand(), problem(terms=(Odd(),)).structure(FORMULATIONS["penalty"]))
     with pytest.raises(sgnlp.InputError, match=r"term 'many' has 4 values, not one; sum them with op.sum"):
         build(hand(), problem(terms=(Many(),)).structure(FORMULATIONS["penalty"]))
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        lambda g, op: np.sum(g.gains),
+        lambda g, op: np.linalg.norm(g.contacts, axis=1)[0],
+        lambda g, op: sum(g.gains),
+        lambda g, op: max(g.gains, 0),
+        lambda g, op: g.contacts.sum(),
+    ],
+)
+def test_what_only_numpy_can_do_is_refused_with_the_operations_that_both_have(value):
+    own = type("Own", (sgnlp.Term,), {"value": lambda self, g, op: value(g, op), "__module__": __name__})
+    for _ in range(2):  # CasADi warns once
+        with pytest.raises(
+            sgnlp.InputError, match=r"term 'own' cannot .* at line \d+, .*: .*; write it in the operations"
+        ):
+            build(hand(), problem(terms=(own(),)).structure(FORMULATIONS["penalty"]))
 
 
 # --- from a file ------------------------------------------------------------------------------------------------------

@@ -1,12 +1,15 @@
-"""Settings that check their own values."""
+"""Settings, other dataclasses and functions that check their values."""
 
-from collections.abc import Callable, Mapping
+import inspect
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import fields
-from functools import cache
-from math import isfinite
+from functools import cache, wraps
+from math import inf, isfinite
 from numbers import Integral
+from os import PathLike
+from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, ClassVar, Literal, Self, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -20,6 +23,10 @@ NOT_NEGATIVE: Interval = (0.0, 1.8e308)
 Positive = Annotated[float, POSITIVE]
 NotNegative = Annotated[float, NOT_NEGATIVE]
 NUMBERS: dict[Any, tuple[type, ...]] = {float: (float, np.floating, Integral), int: (Integral,)}
+INSTANCES: dict[Any, tuple[type, ...]] = {**NUMBERS, Path: (PathLike,)}
+"""What is of a kind beside the kind itself."""
+Function = TypeVar("Function", bound=Callable[..., Any])
+VARIADIC = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
 WORDS: dict[Any, str] = {
     float: "a number",
     int: "a whole number",
@@ -27,6 +34,8 @@ WORDS: dict[Any, str] = {
     str: "a text",
     NoneType: "None",
     Callable: "a function",
+    Path: "a path",
+    np.ndarray: "an array",
 }
 """Kinds in words."""
 
@@ -71,17 +80,53 @@ class Checked:
         for number in value if isinstance(value, tuple) else (value,):
             if isinstance(number, float | int) and not isfinite(number):
                 raise InputError(f"--{flag} must be a finite number, not {number}")
-        interval = self.interval(name)
-        if interval is not None and value is not None and not interval[0] <= value <= interval[1]:
-            bounds = (
-                f"at least {interval[0]:g}" if interval[1] == POSITIVE[1] else "between {:g} and {:g}".format(*interval)
-            )
-            raise InputError(f"--{flag} must be {'positive' if interval == POSITIVE else bounds}, not {value:g}")
+            low, high = self.interval(name) or (-inf, inf)
+            if isinstance(number, float | int) and not low <= number <= high:
+                raise InputError(f"--{flag} must be {_bounds(low, high)}, not {number:g}")
 
     def _ordered(self, low: str, high: str) -> None:
         if getattr(self, low) > getattr(self, high):
             names = [f"--{self.section}.{name}".replace("_", "-") for name in (low, high)]
             raise InputError(f"{names[0]} is above {names[1]}: {getattr(self, low):g} > {getattr(self, high):g}")
+
+
+class Typed:
+    """A dataclass whose fields are of their types; `called` is what messages call it."""
+
+    called: ClassVar[str] = ""
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` naming the first field that is of another kind."""
+        require_fields(self, self.called, [f.name for f in fields(self)])  # type: ignore[arg-type]
+
+
+def require_fields(thing: Any, what: str, names: Iterable[str]) -> None:
+    """Raise `KindError` for the first of these fields of a dataclass, which is called so, that is of another kind."""
+    kinds = types_of(type(thing))  # type: ignore[arg-type]
+    for name in names:
+        require(f"the {name} of {what}", getattr(thing, name), kinds[name])
+
+
+def typed(function: Function) -> Function:
+    """The function, which raises `InputError` for the first argument that is of another kind than its type, by name."""
+    signature = inspect.signature(function)
+
+    @wraps(function)
+    def checked(*args: Any, **kwargs: Any) -> Any:
+        given, kinds = signature.bind(*args, **kwargs).arguments, types_of(function)
+        for name, value in given.items():
+            if name in kinds and signature.parameters[name].kind not in VARIADIC:
+                require(name, value, kinds[name])
+        return function(*args, **kwargs)
+
+    return checked  # type: ignore[return-value]
+
+
+def _bounds(low: float, high: float) -> str:
+    """What an interval asks for."""
+    if low == POSITIVE[0]:
+        return "positive" if high == POSITIVE[1] else f"positive and at most {high:g}"
+    return f"at least {low:g}" if high == POSITIVE[1] else f"between {low:g} and {high:g}"
 
 
 def plain(value: Any) -> Any:
@@ -107,16 +152,26 @@ def require(what: str, value: Any, kind: Any) -> None:
 def _fits(value: Any, kind: Any) -> bool:
     """Whether a value is of the kind that a field's type names. A whole number is a number too, a bool is none."""
     origin, args = get_origin(kind), get_args(kind)
+    if isinstance(value, np.ndarray) and value.ndim == 0 and kind in NUMBERS:  # a number in an npz
+        value = value[()]
+    if kind is Any or isinstance(kind, TypeVar) or getattr(origin or kind, "_is_protocol", False):
+        return True
     if origin is Annotated:
         return _fits(value, args[0])
     if origin in (Union, UnionType):
         return any(_fits(value, each) for each in args)
     if origin is Literal:
-        return value in args
+        return any(type(value) is type(each) and value == each for each in args)
     if origin is tuple and isinstance(value, tuple):
         kinds = args[:1] * len(value) if args[-1] is ... else args
         return len(value) == len(kinds) and all(map(_fits, value, kinds))
-    return isinstance(value, NUMBERS.get(kind, origin or kind)) and not (kind in NUMBERS and isinstance(value, bool))
+    if origin is type:
+        return isinstance(value, type) and issubclass(value, args)
+    if origin is Sequence and isinstance(value, list | tuple):
+        return all(_fits(each, args[0]) for each in value)
+    if origin is Sequence and isinstance(value, str | bytes):
+        return False
+    return isinstance(value, INSTANCES.get(kind, origin or kind)) and not (kind in NUMBERS and isinstance(value, bool))
 
 
 def _words(kind: Any) -> str:
@@ -128,10 +183,12 @@ def _words(kind: Any) -> str:
         return " or ".join(map(_words, args))
     if origin is tuple:
         return f"a tuple of {'any length' if args[-1] is ... else len(args)}, each part {_words(args[0])}"
+    if origin is Sequence:
+        return f"a list, each part {_words(args[0])}"
     return WORDS.get(origin or kind) or f"of {getattr(kind, '__name__', kind)}"
 
 
 @cache
-def types_of(kind: type) -> dict[str, Any]:
-    """The types of the fields of a class, with the extras of `Annotated`."""
+def types_of(kind: Any) -> dict[str, Any]:
+    """The types of the fields of a class, or of the arguments of a function, with the extras of `Annotated`."""
     return get_type_hints(kind, include_extras=True)

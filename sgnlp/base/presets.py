@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 
+from sgnlp.base.checked import typed
 from sgnlp.base.errors import unknown
 from sgnlp.base.settings import Closing, Contact, Limits, Settings, Smoothing, Weights
 from sgnlp.base.surface_settings import FreeSpace, GpisSettings
@@ -74,6 +75,7 @@ def _closure(s: Settings, gain_fixed: float = 0.0, heuristic: float = 0.0) -> Se
 PRESETS = {"robust": ROBUST, "paper": PAPER} | {name: change(ROBUST) for name, change in VARIANTS.items()}
 
 
+@typed
 def preset(name: str) -> Settings:
     """The settings of a preset, or of a preset with variants, such as "paper+bilevel-low".
 

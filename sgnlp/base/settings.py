@@ -1,9 +1,30 @@
 """All numbers that a user may change, with their sources. Settings are frozen; `sgnlp.base.presets` has presets."""
 
 from dataclasses import dataclass, field
+from math import pi
 from typing import Annotated, Literal
 
-from sgnlp.base.checked import Checked, NotNegative, Positive
+from sgnlp.base.checked import Checked, Positive
+from sgnlp.base.ranges import (
+    TINY,
+    Factor,
+    FirmSpring,
+    Force,
+    Friction,
+    Gain,
+    Gap,
+    Give,
+    LargestForce,
+    Margin,
+    Mass,
+    Seconds,
+    Speed,
+    Spring,
+    Travel,
+    Turn,
+    Weight,
+    Width,
+)
 from sgnlp.base.surface_settings import FreeSpace, GpisSettings
 
 
@@ -12,33 +33,33 @@ class Weights(Checked):
     """Weights of the energy terms (paper, table of weights)."""
 
     section = "weights"
-    sp: NotNegative = 200.0
+    sp: Weight = 200.0
     """contact margins at first contact and at equilibrium"""
-    dist: NotNegative = 1e4
+    dist: Weight = 1e4
     """distance of the contacts to the surface [1/m]"""
-    uncer: NotNegative = 20.0
+    uncer: Weight = 20.0
     """prominence of the contact density along the finger's path; deviation at the contacts [1/m] for force closure"""
-    gain: NotNegative = 0.5
+    gain: Weight = 0.5
     """sum of the gains [m/N]"""
-    tar: NotNegative = 1000.0
+    tar: Weight = 1000.0
     """posterior mean at the targets [1/m]"""
-    col: NotNegative = 1.0
+    col: Weight = 1.0
     """collisions of the hand with itself, the object and the table"""
-    reg: NotNegative = 10.0
+    reg: Weight = 10.0
     """deviation of the joints from the reference pose, and motion to the equilibrium"""
-    force: NotNegative = 200.0
+    force: Weight = 200.0
     """contact force up to `limits.force_min` [1/N]; the paper prints the weight twice, it is applied once"""
-    closing: NotNegative = 10.0
+    closing: Weight = 10.0
     """deviation of the joints at first contact from those of the pregrasp [1/rad²], with `closing.planned`"""
-    arm: NotNegative = 1e-3
+    arm: Weight = 1e-3
     """deviation of the arm's joints from their home, and at stand-off and lift from the pregrasp [1/rad²]: it fixes the
     motion that the wrist's pose leaves free, and hardly affects the rest"""
-    pose: NotNegative = 0.0
+    pose: Weight = 0.0
     """distance of the fingertips from their desired place at equilibrium [1/m]; above 0 it replaces the motion in
     `reg`"""
-    stability: NotNegative = 1.0
+    stability: Weight = 1.0
     """log of the equilibrium's stiffness: without it targets drift together until the equilibrium is undefined"""
-    closure: NotNegative = 200.0
+    closure: Weight = 200.0
     """net force and torque of the contact forces [1/N], with `contact.metric closure` (paper: 200)"""
 
 
@@ -49,11 +70,11 @@ class Contact(Checked):
     section = "contact"
     metric: Literal["spring", "closure"] = "spring"
     """spring: the equilibrium that springs pull the object to; closure: force closure at first contact (bilevel)"""
-    heuristic: NotNegative = 0.0
+    heuristic: Force = 0.0
     """α of gains k = α/σ that follow from the deviations at the contacts [N]; 0 leaves the gains free"""
     c: Annotated[float, (0.001, 1.0)] = 0.7
     """contact p = o + c (a - o) between target o and pregrasp tip a (paper: 0.7)"""
-    friction: Positive = 1.0
+    friction: Friction = 1.0
     """friction coefficient that the plan assumes (release: 1.0)"""
     pad: bool = True
     """contact is where the fingertip's sphere touches; off: where its centre is on the surface, as in the paper"""
@@ -61,11 +82,11 @@ class Contact(Checked):
     """samples of the contact density along a finger's path, K (release: 10)"""
     density: Literal["share", "density"] = "share"
     """E_uncer from each contact's share of the density on its path (release), or from the density [1/m] (paper)"""
-    mass: NotNegative = 0.0
+    mass: Mass = 0.0
     """mass of the object [kg]; 0 leaves gravity out of the equilibrium, as the paper"""
-    displacement: tuple[float, float, float] = (0.0, 0.0, 0.01)
+    displacement: Annotated[tuple[float, float, float], (-1.0, 1.0)] = (0.0, 0.0, 0.01)
     """desired displacement of the object's middle at equilibrium [m], if `weights.pose` > 0 (paper: up by 1 cm)"""
-    rotation: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rotation: Annotated[tuple[float, float, float], (-pi, pi)] = (0.0, 0.0, 0.0)
     """desired rotation vector of the object about its middle at equilibrium [rad], if `weights.pose` > 0"""
     equilibrium: Literal["exact", "printed"] = "exact"
     """exact: the minimiser of the spring energy; printed: the paper's Algorithm 1, for comparison only"""
@@ -79,18 +100,18 @@ class Closing(Checked):
     planned: bool = False
     """plan the joints at first contact too: tips at the contacts, links clear of the object, torques by the Jacobian
     there; off: plan only the pregrasp, as in the paper"""
-    margin: float = 0.002
+    margin: Margin = 0.002
     """least clearance of every link at first contact from the object and the table [m]"""
     c_freedom: Annotated[float, (0.0, 0.9)] = 0.0
     """largest difference of each finger's c from `contact.c`, so that a wide gap needs no more force; 0: c is
     constant"""
     samples: Annotated[int, (1, 100)] = 5
     """number of postures between pregrasp and first contact at which links are checked against the object"""
-    seconds: NotNegative = 1.0
+    seconds: Seconds = 1.0
     """time in which the setpoints move from the pregrasp tips to the targets [s]; 0: they jump"""
-    posture: NotNegative = 0.1
+    posture: Spring = 0.1
     """stiffness of the spring to the planned joints at contact, in joint motions that do not move a tip [N m/rad]"""
-    joint_stiffness: Positive = 1.0
+    joint_stiffness: FirmSpring = 1.0
     """stiffness of a joint under position control [N m/rad] (MuJoCo Menagerie's Allegro)"""
 
 
@@ -99,13 +120,13 @@ class Motion(Checked):
     """The motion to the pregrasp, and the lift with the object."""
 
     section = "motion"
-    standoff: Positive = 0.1
+    standoff: Travel = 0.1
     """distance of the stand-off behind the pregrasp, against the direction that the palm faces [m]"""
     samples: Annotated[int, (1, 20)] = 4
     """number of postures on the approach, with the stand-off, at which the program keeps the hand clear of obstacles"""
-    lift: Positive = 0.1
+    lift: Travel = 0.1
     """height to which the hand rises with the object [m]"""
-    speed: Positive = 0.1
+    speed: Speed = 0.1
     """largest speed of the wrist on the approach and the lift [m/s]: slow enough to stop by hand"""
     speed_share: Annotated[float, (0.001, 1.0)] = 0.3
     """largest joint speed over the URDF's velocity limit: slow joints lag little behind their setpoints, and the path
@@ -125,47 +146,47 @@ class Limits(Checked):
     """least contact margin at first contact"""
     margin_equilibrium: Annotated[float, (-1.0, 1.0)] = 0.05
     """least contact margin at equilibrium"""
-    force_min: NotNegative = 2.0
+    force_min: Force = 2.0
     """least force of a finger at equilibrium [N] (paper: 2)"""
-    force_max: Positive = 10.0
+    force_max: LargestForce = 10.0
     """largest force of a finger at equilibrium [N]"""
-    stiffness: Positive = 0.005
+    stiffness: FirmSpring = 0.005
     """least rotational stiffness ρ of the equilibrium [N m]"""
     rotation_deg: Annotated[float, (0.001, 180.0)] = 20.0
     """largest rotation of the object on its way to the equilibrium [deg]"""
-    shift: Positive = 0.05
+    shift: Width = 0.05
     """largest displacement of a contact on its way to the equilibrium [m]"""
-    give: NotNegative = 0.0
+    give: Give = 0.0
     """largest displacement for each newton of the object's weight, if that is more than `shift` [m/N]"""
-    gain_min: Positive = 40.0
+    gain_min: Gain = 40.0
     """least gain [N/m] (release: clamped at 40)"""
-    gain_max: Positive = 400.0
+    gain_max: Gain = 400.0
     """largest gain [N/m]"""
-    gain_fixed: NotNegative = 0.0
+    gain_fixed: Factor = 0.0
     """fix every gain at this many times the hand's initial gain; 0 leaves them free between the two above"""
-    table_margin: float = 0.0
+    table_margin: Margin = 0.0
     """least clearance over the table of every sphere but the pads, at the pregrasp [m]"""
-    pad_margin: float = 0.002
+    pad_margin: Margin = 0.002
     """least clearance over the table of the pads at the pregrasp [m]"""
-    object_margin: float = 0.0
+    object_margin: Margin = 0.0
     """least metric clearance between the hand and the object at the pregrasp [m]"""
-    place_error: NotNegative = 0.0
+    place_error: Gap = 0.0
     """error of the hand's position that the pregrasp allows for [m]: it is added to `object_margin`; less if no camera
     is known (`free_space.reserve`)"""
-    wrist_travel: Positive = 0.3
+    wrist_travel: Travel = 0.3
     """largest displacement of the wrist from its start, along each axis [m]"""
-    obstacle_margin: float = 0.012
+    obstacle_margin: Margin = 0.012
     """least clearance of hand and arm from obstacles on the whole way [m]: edges of the palm protrude this far from the
     spheres"""
     dexterity: Annotated[float, (1e-6, 1.0)] = 0.2
     """least manipulability √det(J Jᵀ) of an arm at the pregrasp over that at its home, away from singularities"""
-    arm_turn: Positive = 0.8
+    arm_turn: Turn = 0.8
     """largest turn of an arm's joint from the pregrasp to the stand-off and to the lift [rad]: beyond it the elbow
     flips"""
-    region_margin: float = 0.003
+    region_margin: Margin = 0.003
     """distance of contact points outside regions to avoid, and inside those to touch [m]: the radius of a pad's
     patch"""
-    effort: NotNegative = 0.0
+    effort: Factor = 0.0
     """largest joint torque Jᵀf over the hand's effort, at first contact and at equilibrium; 0 leaves torques free"""
 
     def __post_init__(self) -> None:
@@ -180,15 +201,15 @@ class Smoothing(Checked):
     """Widths of the smooth forms; the exact, non-smooth values are reported beside them."""
 
     section = "smoothing"
-    distance: Positive = 5e-4
+    distance: Width = 5e-4
     """δ of |d| → √(d² + δ²) [m]"""
-    collision: Positive = 1.5e-3
+    collision: Width = 1.5e-3
     """width of the softplus hinge of a penetration [m]"""
     log: Positive = 0.02
     """η of log u → log((u + √(u² + 4η²))/2)"""
     force: Positive = 0.1
     """width of min(f_min, |f|), and of |F| → √(|F|² + w²) for the net force and torque of force closure [N, N m]"""
-    deviation: Positive = 5e-4
+    deviation: Width = 5e-4
     """floor of the metric deviation in the contact density [m]"""
     exponent: Positive = 30.0
     """saturation of the exponent of the contact density"""
@@ -212,7 +233,7 @@ class Solver(Checked):
     """iterations of the first phase of two_phase and of elastic"""
     max_iterations: Annotated[int, (1, 100000)] = 400
     """largest number of iterations of a phase"""
-    tolerance: Positive = 1e-6
+    tolerance: Annotated[float, (TINY, 1.0)] = 1e-6
     """Ipopt's convergence tolerance on the scaled problem"""
     mu_strategy: Literal["monotone", "adaptive"] = "monotone"
     """barrier strategy"""

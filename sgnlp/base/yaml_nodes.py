@@ -11,8 +11,6 @@ import yaml
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError, unknown
 
-LARGEST = 0.5
-"""Largest radius of a pad or a sphere of a hand [m]: one in millimetres is larger."""
 LISTED = 12
 """Largest number of valid names that are listed; of more, only the nearest ones are."""
 
@@ -106,14 +104,6 @@ def positive(value: Any, where: str) -> float:
     if number <= 0:
         raise InputError(f"{where} must be positive, not {number:g}")
     return number
-
-
-def radius(value: Any, where: str) -> float:
-    """The radius of a part of a hand [m]."""
-    found = positive(value, where)
-    if found > LARGEST:
-        raise InputError(f"{where} must be at most {LARGEST:g} m, not {found:g}; is it in metres?")
-    return found
 
 
 def frozen(values: Iterable[float]) -> Array:

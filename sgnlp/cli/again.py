@@ -24,13 +24,13 @@ DEFAULTS = Observing()
 def command(meta: Mapping[str, Any], folder: Path) -> str:
     """`sgnlp solve` with the flags that differ from their defaults; the preset is the one that needs the fewest.
 
-    A hand that `sgnlp hands` does not list is given by its name, since its folder is not known. The user's own solver
-    and files of obstacles and regions are left out.
+    The user's own solver and files of obstacles and regions are left out.
     """
     words = ["sgnlp", "solve", str(meta.get("source") or FILE)]
     words += differences(asdict(PLAIN), asdict(reopen.reading(dict(meta))))
+    asked = dict(meta) | {"hand": meta.get("hand_folder") or meta.get("hand")}
     for name in ("hand", "starts", "seed", "timeout"):
-        words += changed("", {name: getattr(DEFAULTS, name)}, meta)
+        words += changed("", {name: getattr(DEFAULTS, name)}, asked)
     words += changed("", asdict(Ending()), meta)
     arm = meta.get("arm")
     words += ["--arm", arm["name"], "--arm-base", *map(str, arm["base"])] if arm else []

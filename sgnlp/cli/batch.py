@@ -25,6 +25,7 @@ from sgnlp.hand.hand import Hand, available_hands, told
 from sgnlp.planning import results
 from sgnlp.planning.batch import Row, Task, batch
 from sgnlp.planning.confidence import refusal
+from sgnlp.planning.made import resumed
 from sgnlp.planning.workers import Workers
 from sgnlp.show import tables
 
@@ -69,7 +70,7 @@ class Batch(Abstaining, Ended, Extending, Surrounding, Tabling, Observing):
                 locked.enter_context(alone(folder, flag))
             made = self._made(hand)
             if (out / ROWS).is_file():
-                made = results.resumed(out / MADE, made)
+                made = resumed(out / MADE, made)
             results.write_text(out / MADE, results.json_text(made))
             rows = self._rows(console, files, out, hand, workers)
         least = self.min_confidence

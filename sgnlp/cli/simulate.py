@@ -1,15 +1,16 @@
 """`sgnlp simulate`: tests in simulation whether planned grasps hold the object."""
 
 from dataclasses import asdict, dataclass, field
+from hashlib import sha256
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 import tyro
 from rich.console import Console
 
-from sgnlp.base.checked import POSITIVE
 from sgnlp.base.errors import InputError
+from sgnlp.base.ranges import BodyMass, Friction
 from sgnlp.cli import codes
 from sgnlp.cli.flags import made
 from sgnlp.cli.progress import bars
@@ -26,7 +27,7 @@ from sgnlp.show.simulation_pictures import PHASES, ends, scene
 from sgnlp.simulation import Outcome, SimulationSettings, command, estimated, execute, plain, true_body
 from sgnlp.simulation.prepared import prepared
 
-SIMULATION, PICTURE = "simulation.json", "simulation-{}.png"
+SIMULATION, PICTURE = "simulation.json", "simulation-{}.png"  # of `results.AFTER`
 DEFAULTS = SimulationSettings()
 
 
@@ -34,9 +35,9 @@ DEFAULTS = SimulationSettings()
 class Flags(SimulationSettings):
     """Settings as flags. If mass and friction are not given, those of the plan are used."""
 
-    mass: Annotated[float | None, POSITIVE] = None  # type: ignore[assignment]
+    mass: Annotated[float | None, get_args(BodyMass)[1]] = None  # type: ignore[assignment]
     """mass of the object [kg], spread evenly over its volume; if not given, the mass that the plan assumes"""
-    friction: Annotated[float | None, POSITIVE] = None  # type: ignore[assignment]
+    friction: Annotated[float | None, get_args(Friction)[1]] = None  # type: ignore[assignment]
     """Coulomb's coefficient of every contact; if not given, the friction that the plan assumes"""
 
 
@@ -84,8 +85,10 @@ class Simulate:
                 outcomes.append(execute(command(grasps, rank), thing, hand, settings, around, moving))
                 simulating.advance(outcomes)
         folder = self.folder if self.folder.is_dir() else self.folder.parent
-        results.write_text(folder / SIMULATION, results.json_text(self._made(source, settings, outcomes)))
-        console.print(load_words, soft_wrap=True)
+        record = self._made(grasps, source, settings, outcomes)
+        _write(folder, record, {})
+        for words in filter(None, (load_words, reopen.changed(grasps, hand))):
+            console.print(words, soft_wrap=True)
         if self.estimated:
             console.print("on the estimated surface, not the true one: a wrong estimate does not show", soft_wrap=True)
         _show(console, outcomes, hand, grasps)
@@ -95,7 +98,7 @@ class Simulate:
             title = f"{thing.name}, estimated, grasp 0" if self.estimated else f"{thing.name}, grasp 0"
             shown = scene(told, thing, settings, outcomes[0], title, around)
             drawn = {PICTURE.format(phase): picture(shown, i, 0) for i, phase in enumerate(ends(outcomes[0].trace))}
-            results.write_files(folder, dict.fromkeys(map(PICTURE.format, PHASES)) | drawn)
+            _write(folder, record, drawn)
             console.print(f"written: {', '.join(str(folder / name) for name in drawn)}", soft_wrap=True)
         return codes.FEASIBLE if any(outcome.score == 1 for outcome in outcomes) else codes.NONE_FEASIBLE
 
@@ -156,9 +159,19 @@ class Simulate:
             raise InputError(f"--grasps must be between 1 and {len(grasps)}, or all, which is {grasps.feasible.sum()}")
         return range(count)
 
-    def _made(self, source: Path, settings: SimulationSettings, outcomes: list[Outcome]) -> dict[str, Any]:
-        grasps = [{"rank": rank} | plain(outcome) for rank, outcome in enumerate(outcomes)]
-        return made(object=str(source), estimated=self.estimated, settings=asdict(settings)) | {"grasps": grasps}
+    def _made(
+        self, grasps: Grasps, source: Path, settings: SimulationSettings, outcomes: list[Outcome]
+    ) -> dict[str, Any]:
+        rows = [{"rank": rank} | plain(outcome) for rank, outcome in enumerate(outcomes)]
+        told = made(object=str(source), estimated=self.estimated, settings=asdict(settings))
+        return told | {"plan": grasps.digest, "grasps": rows}
+
+
+def _write(folder: Path, record: dict[str, Any], drawn: dict[str, bytes]) -> None:
+    """Write outcomes and pictures, whose digests they have, and delete older pictures."""
+    told = record | {"pictures": {name: sha256(png).hexdigest() for name, png in drawn.items()}}
+    pictures = dict.fromkeys(map(PICTURE.format, PHASES)) | drawn
+    results.write_files(folder, {SIMULATION: results.encoded(results.json_text(told))} | pictures)
 
 
 def _require_mujoco() -> None:

@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.checked import plain, require_fields
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
 from sgnlp.hand.hand import Hand
-from sgnlp.hand.kinematics import NORM_OFF, tips
+from sgnlp.hand.kinematics import TIPS_OFF, tips_off
+from sgnlp.hand.model import check_unit
 
 NEEDED = ("wrist", "joints", "tips", "targets", "gains")
 ARRAYS = (*NEEDED, "joints_contact", "joints_squeeze", "contacts_eq", "forces_eq", "rotation_eq", "translation_eq")
 """The fields of a command that are arrays; all but the needed ones may be None."""
-TIPS_OFF = 5e-3
-"""[m], by which the tips of a planned grasp may be off those of its hand: a left and a right hand differ by more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +49,8 @@ class Command:
 
     def __post_init__(self) -> None:
         """Make the arrays of lists."""
+        object.__setattr__(self, "joint_names", plain(self.joint_names))
+        require_fields(self, "the grasp", ("joint_names",))
         for name in ARRAYS:
             value = getattr(self, name)
             if value is None and name not in NEEDED:
@@ -103,13 +105,6 @@ def check(command: Command, hand: Hand) -> None:
     _check_planned(command, hand)
 
 
-def check_unit(wrist: Array, name: str) -> None:
-    """Raise `InputError` if the quaternion of a pose (7,) has not the norm 1."""
-    x, y, z, w = wrist[3:].tolist()
-    if not abs((x * x + y * y + z * z + w * w) ** 0.5 - 1.0) <= NORM_OFF:  # NaN too
-        raise InputError(f"{name} must be x y z [m] and a unit quaternion qx qy qz qw, not {wrist}")
-
-
 def _check_planned(command: Command, hand: Hand) -> None:
     """Raise `InputError` if the grasp was planned for another hand: by its joints' names, or by where its tips are.
 
@@ -120,7 +115,7 @@ def _check_planned(command: Command, hand: Hand) -> None:
     if tuple(command.joint_names) != hand.joint_names:
         theirs, ours = (", ".join(names) for names in (command.joint_names, hand.joint_names))
         raise InputError(f"the grasp is of another hand than '{hand.name}': its joints are {theirs}; valid: {ours}")
-    off = float(np.linalg.norm(command.tips - tips(hand, command.wrist, command.joints), axis=1).max())
+    off = tips_off(hand, command.wrist, command.joints, command.tips)
     if off > TIPS_OFF:
         raise InputError(
             f"the grasp is of another hand than '{hand.name}': a tip is {1e3 * off:.0f} mm off; load the hand "

@@ -1,5 +1,6 @@
 """The computation of each control cycle: joint torques from time, wrist pose and joints."""
 
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -9,10 +10,11 @@ from numpy.typing import ArrayLike
 from sgnlp.base.arrays import Array
 from sgnlp.base.checked import require
 from sgnlp.base.errors import InputError
-from sgnlp.control.command import Command, check, check_unit
+from sgnlp.control.command import Command, check
 from sgnlp.control.law import Law, critical, freed, joint_torque, ramped, spring_forces
 from sgnlp.control.tree import Tree
 from sgnlp.hand.hand import Hand
+from sgnlp.hand.model import check_unit
 
 IMPEDANCE = Law()
 
@@ -45,6 +47,9 @@ class Controller:
 
         Setpoints of the tips (m, 3) [m] in the root link's frame, or of the joints (n,) under position control.
         """
+        require("time", time, float)
+        if not isfinite(time):
+            raise InputError(f"time must be a finite number of seconds, not {time}")
         return ramped(self.begin, self.end, time, self.command.closing_seconds)
 
     def torques(self, time: float, wrist: ArrayLike, joints: ArrayLike, speeds: ArrayLike) -> Array:

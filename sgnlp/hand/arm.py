@@ -15,16 +15,16 @@ import pinocchio as pin
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
-from sgnlp.base.yaml_nodes import numbers, word
+from sgnlp.base.yaml_nodes import frozen, numbers, word
 from sgnlp.hand import arm_file, hand_file, library
 from sgnlp.hand.description import description
 from sgnlp.hand.description.source import source_file
 from sgnlp.hand.hand_file import Sphere
-from sgnlp.hand.model import coordinates, joint_model, own_joints, places
+from sgnlp.hand.model import check_unit, coordinates, joint_model, own_joints, places
 
 ARM_FILE = "arm.yaml"
-UNIT = 1e-6
-"""Largest deviation of a quaternion's length from 1."""
+ROUNDING = 1e-12
+"""A quaternion whose length is this near to 1 is kept bit for bit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,9 +93,10 @@ def with_base(arm: Arm, pose: Array) -> Arm:
         InputError: the pose is not seven finite numbers with a quaternion of length 1.
     """
     values = numbers(pose, (7,), "the base of an arm, x y z qx qy qz qw,")
-    if abs(np.linalg.norm(values[3:]) - 1.0) > UNIT:
-        raise InputError(f"the base of an arm must end in a quaternion of length 1, not {np.linalg.norm(values[3:]):g}")
-    return replace(arm, base=values)
+    check_unit(values, "the base of an arm")
+    length = float(np.linalg.norm(values[3:]))
+    scale = 1.0 if abs(length - 1.0) <= ROUNDING else length
+    return replace(arm, base=frozen([*values[:3], *values[3:] / scale]))
 
 
 def base_pose(values: Sequence[float]) -> Array:
@@ -145,8 +146,8 @@ def _build(file: Path, data: dict[str, Any], text: str) -> Arm:
         joint_names=names,
         lower=lower,
         upper=upper,
-        velocity=arm_file.limits(data, "velocity", model.velocityLimit, names),
-        effort=arm_file.limits(data, "effort", model.effortLimit, names),
+        velocity=arm_file.limits(data, "velocity", model.velocityLimit, names, model),
+        effort=arm_file.limits(data, "effort", model.effortLimit, names, model),
         home=hand_file.posture(data["home"], "home", names, lower, upper),
         base=hand_file.pose(data["base"], "base"),
         flange=flange,

@@ -4,15 +4,20 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import pinocchio as pin
+
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.base.yaml_nodes import any_mapping, frozen, mapping, numbers, positive, unknown_name
+from sgnlp.hand import plausible
 from sgnlp.hand.description.tree import end
-from sgnlp.hand.hand_file import POSE_KEYS, pose
+from sgnlp.hand.hand_file import POSE_KEYS, mount
 
 KEYS = ("name", "urdf", "root", "flange", "home", "base", "mount", "spheres", "pairs")
 OPTIONAL = ("velocity", "effort")
 """Keys that replace values which a description may lack: an MJCF has no velocities."""
+SPANS = {"velocity": plausible.VELOCITY, "effort": plausible.ARM_EFFORT}
+"""What the numbers of these keys can be."""
 DEFAULT = "default"
 """The key of the mount for every hand without its own."""
 
@@ -56,7 +61,7 @@ def _check_way(way: Sequence[ElementTree.Element], flange: str) -> None:
             raise InputError(f"joint '{joint.get('name')}' of the arm mimics another; remove its <mimic>")
 
 
-def limits(data: Mapping[str, Any], kind: str, described: Array, names: Sequence[str]) -> Array:
+def limits(data: Mapping[str, Any], kind: str, described: Array, names: Sequence[str], model: pin.Model) -> Array:
     """The largest efforts or velocities (a,): a number for every joint in the file, else those of the description."""
     if kind in data:
         told = mapping(data[kind], kind, names)
@@ -65,13 +70,14 @@ def limits(data: Mapping[str, Any], kind: str, described: Array, names: Sequence
         values, where = frozen(described), f"key '{kind}' is missing; {kind} in the description of joint"
     for name, value in zip(names, values, strict=True):
         positive(value, f"{where} '{name}'")
+    plausible.check_joints(model, names, values, SPANS[kind], f"{kind} of joint")
     return values
 
 
 def mounts(node: Any) -> dict[str, Array]:
     """The poses (7,) of the hands' root links in the flange's frame, by the name of the hand or by `DEFAULT`."""
     if any(key in POSE_KEYS for key in any_mapping(node, "mount")):
-        return {DEFAULT: pose(node, "mount")}
+        return {DEFAULT: mount(node, "mount")}
     if DEFAULT not in node:
         raise InputError(f"mount: the key '{DEFAULT}' is missing; give position and euler_deg, or a pose a hand")
-    return {name: pose(one, f"mount of '{name}'") for name, one in any_mapping(node, "mount").items()}
+    return {name: mount(one, f"mount of '{name}'") for name, one in any_mapping(node, "mount").items()}

@@ -12,6 +12,7 @@ import pinocchio as pin
 from sgnlp.base.arrays import Array
 from sgnlp.hand.arm import Arm
 from sgnlp.hand.arm_kinematics import manipulability, wrist_and_jacobian, wrist_pose
+from sgnlp.hand.plausible import TURNING, kind
 
 MAX_STEPS = 60
 MAX_TURN = 0.8
@@ -131,7 +132,7 @@ def _one_turn(arm: Arm) -> tuple[Array, Array]:
 
 def _unwound(arm: Arm, q: Array) -> Array:
     """The joints with whole turns removed, so that each is as near to home as its limits allow."""
-    turning = np.array([joint.shortname().startswith("JointModelR") for joint in arm.model.joints[1:]])
+    turning = np.array([kind(arm.model, joint) == TURNING for joint in arm.joint_names])
     turns = np.where(turning, 2 * np.pi * np.round((q - arm.home) / (2 * np.pi)), 0.0)
     nearer = q - turns
     return np.where((nearer >= arm.lower) & (nearer <= arm.upper), nearer, q)

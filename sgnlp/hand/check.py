@@ -107,7 +107,7 @@ class _Reading:
         """The values of each joint."""
         names = own_joints(model)
         low, high = frozen(model.lowerPositionLimit), frozen(model.upperPositionLimit)
-        self.part("effort", "positive", lambda: hand_file.effort(data["effort"], names), span("N m"))
+        self.part("effort", "positive", lambda: hand_file.effort(data["effort"], names, model), span("N m"))
         inside = "an angle a joint, inside its limits"
         self.part(
             "reference",

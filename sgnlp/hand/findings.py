@@ -12,6 +12,7 @@ from sgnlp.base.errors import InputError
 from sgnlp.hand import geometry
 from sgnlp.hand.description.mjcf_motors import shared_motors
 from sgnlp.hand.hand import Hand
+from sgnlp.hand.plausible import TURNING, kind
 
 Verdict = Literal["ok", "look", "wrong"]
 
@@ -29,6 +30,8 @@ MAX_PAD_GAP, MAX_PAD = 0.005, 0.03
 """Largest gap between a pad and its finger, and largest radius of a pad [m]. The package's touch and have 12 mm."""
 MAX_PROTRUSION = 0.015
 """Largest distance of a link outside its spheres without a warning [m]; it is 12 mm for the Allegro's palm."""
+MAX_BESIDE = 0.015
+"""Largest gap between a sphere and its link without a warning [m]; it is 6 mm for the Allegro's palm."""
 CUBE, MAX_OFFSET = 0.06, 0.12
 """Edge of a test cube [m], and largest distance of the tips' middle from its middle at a start (Allegro: 11 cm)."""
 SAMPLES, MAX_ERROR = 100, 1e-12
@@ -83,7 +86,7 @@ def _joint_findings(hand: Hand) -> list[Finding]:
 
 def _limit_finding(hand: Hand) -> Finding:
     """Whether the limits are in radians and metres; those in degrees and millimetres are larger than any finger's."""
-    turning = np.array([hand.model.joints[hand.model.getJointId(j)].shortname()[10] == "R" for j in hand.joint_names])
+    turning = np.array([kind(hand.model, joint) == TURNING for joint in hand.joint_names])
     widest = np.maximum(-hand.lower, hand.upper)
     i = int((widest / np.where(turning, MAX_TURN, MAX_SLIDE)).argmax())
     unit, most, others = ("rad", MAX_TURN, "degrees (times π/180)") if turning[i] else ("m", MAX_SLIDE, "mm")
@@ -186,6 +189,11 @@ def _cover_findings(hand: Hand) -> list[Finding]:
         out = geometry.protrusions(hand)
     except InputError as error:
         return [*found, Finding("wrong", "meshes", str(error), "STL, OBJ or DAE files that are there")]
+    beside = geometry.sphere_gaps(hand)
+    for name, gap in beside.items():
+        if gap > MAX_BESIDE:
+            valid = f"{1e3 * MAX_BESIDE:g} mm at most"
+            found.append(Finding("look", f"sphere '{name}'", f"{1e3 * gap:.0f} mm beside the mesh of its link", valid))
     limit = f"{1e3 * MAX_PROTRUSION:g} mm at most"
     for link, height in out.items():
         text = f"{1e3 * height:.1f} mm out of the spheres" if height > 0 else "covered"

@@ -86,6 +86,22 @@ def _longest_bone(hand: Hand, finger: Finger) -> float:
     return float(np.linalg.norm(np.diff(places, axis=0), axis=1).max())
 
 
+def sphere_gaps(hand: Hand) -> dict[str, float]:
+    """Distance [m] of each sphere from the meshes that move with its link, by its name; negative where it meets them.
+
+    Spheres on links without such a mesh are left out.
+    """
+    model = hand.model
+    joints = {frame.name: frame.parentJoint for frame in model.frames if frame.type == pin.FrameType.BODY}
+    skin = [(joints[link], points) for link, points in _skin(hand)]
+    centres, gaps = frames(hand, ORIGIN, hand.reference)[1], dict[str, float]()
+    for sphere, centre in zip(hand.spheres, centres, strict=True):
+        own = [np.linalg.norm(points - centre, axis=1).min() for joint, points in skin if joint == joints[sphere.link]]
+        if own:
+            gaps[sphere.name] = float(min(own)) - sphere.radius
+    return gaps
+
+
 def pair_gaps(hand: Hand) -> Array:
     """The distances (P,) between the spheres of each pair at the reference pose; negative where they overlap."""
     centres = frames(hand, ORIGIN, hand.reference)[1]

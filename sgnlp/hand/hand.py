@@ -15,10 +15,11 @@ import numpy as np
 import pinocchio as pin
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.checked import Typed, typed
 from sgnlp.base.errors import InputError
 from sgnlp.base.yaml_nodes import frozen, word
-from sgnlp.hand import hand_file, library
-from sgnlp.hand.arm import Arm, available_arms, base_pose, load_arm, with_base, with_mount
+from sgnlp.hand import hand_file, library, plausible
+from sgnlp.hand.arm import Arm, base_pose, load_arm, with_base, with_mount
 from sgnlp.hand.description import description
 from sgnlp.hand.description.source import source_file
 from sgnlp.hand.description.xml_file import content
@@ -30,10 +31,14 @@ HAND_FILE = "hand.yaml"
 
 
 @dataclass(frozen=True, eq=False)
-class Hand:
+class Hand(Typed):
     """A multi-fingered hand with n joints and m fingers; every joint array follows `joint_names`."""
 
+    called = "a hand"
+
     name: str
+    folder: Path
+    """The folder with its `hand.yaml`."""
     urdf: Path
     """Its URDF or MJCF file."""
     description: str
@@ -94,6 +99,7 @@ def available_hands() -> tuple[str, ...]:
     return library.names(HAND_FILE)
 
 
+@typed
 def load_hand(
     name_or_folder: str | Path,
     spheres: str = "cover",
@@ -137,8 +143,7 @@ def told(hand: Hand) -> dict[str, Any] | None:
     """The arm of a hand in plain values, as for `load_hand`; None without one."""
     if hand.arm is None:
         return None
-    known = hand.arm.name in available_arms()
-    return {"name": hand.arm.name if known else str(hand.arm.folder.absolute()), "base": hand.arm.base.tolist()}
+    return {"name": library.called(hand.arm.folder), "base": hand.arm.base.tolist()}
 
 
 def on_arm(hand: Hand, arm: Arm) -> Hand:
@@ -172,6 +177,7 @@ def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
     described = description(urdf, root, hand_file.changes(data))
     model = joint_model(described)
     names = own_joints(model)
+    plausible.check_speeds(model, names)
     fingers = hand_file.fingers(data["fingers"], model)
     finger_names = [finger.name for finger in fingers]
     spheres = hand_file.spheres(data["spheres"], preset, model, finger_names)
@@ -179,6 +185,7 @@ def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
     gain_lower, gain_upper, gain_initial = hand_file.gains(data["gains"], finger_names)
     return Hand(
         name=word(data["name"], "name"),
+        folder=file.parent,
         urdf=urdf,
         description=described,
         model=model,
@@ -187,7 +194,7 @@ def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
         mimics=mimics(model),
         lower=lower,
         upper=upper,
-        effort=hand_file.effort(data["effort"], names),
+        effort=hand_file.effort(data["effort"], names, model),
         reference=hand_file.posture(data["reference"], "reference", names, lower, upper),
         fingers=fingers,
         spheres=spheres.spheres,

@@ -20,11 +20,11 @@ from sgnlp.base.yaml_nodes import (
     mapping,
     numbers,
     positive,
-    radius,
     sequence,
     unknown_name,
     word,
 )
+from sgnlp.hand import plausible
 from sgnlp.hand.description import Changes
 from sgnlp.hand.model import coordinates, link
 
@@ -151,14 +151,17 @@ def finger(node: Any, model: pin.Model) -> Finger:
     if not joints:
         raise InputError(f"finger '{name}': no movable joint between the root and '{tip}'")
     offset = numbers(data["offset"], (3,), f"offset of finger '{name}'")
-    return Finger(name, tip, offset, radius(data["radius"], f"radius of finger '{name}'"), joints)
+    radius = _radius(data["radius"], f"radius of finger '{name}'", plausible.PAD)
+    plausible.check_beside(offset, radius, tip, model, f"the pad of finger '{name}'")
+    return Finger(name, tip, offset, radius, joints)
 
 
-def effort(node: Any, names: Sequence[str]) -> Array:
+def effort(node: Any, names: Sequence[str], model: pin.Model) -> Array:
     """The largest torque (n,) [N m] of each joint."""
     values = numbers(node, (len(names),), "effort")
     for name, value in zip(names, values, strict=True):
         positive(value, f"effort of joint '{name}'")
+    plausible.check_joints(model, names, values, plausible.EFFORT, "effort of joint")
     return values
 
 
@@ -176,6 +179,9 @@ def gains(node: Any, names: Sequence[str]) -> tuple[Array, Array, Array]:
     lower, upper, initial = (numbers(data[key], (len(names),), f"gains {key}") for key in ("lower", "upper", "initial"))
     positive(lower.min(), "gains lower")
     check_order(lower, initial, upper, names, "gain")
+    for key, values in (("lower", lower), ("upper", upper)):
+        for name, value in zip(names, values, strict=True):
+            plausible.GAIN.check(value, f"gain {key} of finger '{name}'")
     return lower, upper, initial
 
 
@@ -220,7 +226,15 @@ def _sphere(name: str, node: Any, model: pin.Model) -> Sphere:
     data = mapping(node, f"sphere '{name}'", ("link", "centre", "radius"))
     on = model.frames[link(data["link"], model, f"link of sphere '{name}'")].name
     centre = numbers(data["centre"], (3,), f"centre of sphere '{name}'")
-    return Sphere(name, on, centre, radius(data["radius"], f"radius of sphere '{name}'"))
+    radius = _radius(data["radius"], f"radius of sphere '{name}'", plausible.RADIUS)
+    plausible.check_beside(centre, radius, on, model, f"sphere '{name}'")
+    return Sphere(name, on, centre, radius)
+
+
+def _radius(node: Any, where: str, span: plausible.Span) -> float:
+    found = positive(node, where)
+    span.check(found, where)
+    return found
 
 
 def wrist_starts(node: Any) -> tuple[WristStart, ...]:
@@ -232,16 +246,30 @@ def wrist_starts(node: Any) -> tuple[WristStart, ...]:
         start = mapping(entry, f"wrist start {i}", POSE_KEYS)
         rotation = euler_rotation(start["euler_deg"], f"euler_deg of wrist start {i}") @ turn
         quaternion = frozen(pin.Quaternion(rotation).normalized().coeffs())
-        starts.append(WristStart(numbers(start["position"], (3,), f"position of wrist start {i}"), quaternion))
+        starts.append(WristStart(_near(start["position"], f"position of wrist start {i}"), quaternion))
     if not starts:
         raise InputError("wrist starts must be a list of one at least")
     return tuple(starts)
+
+
+def _near(node: Any, where: str) -> Array:
+    """A position (3,) [m] near the hand."""
+    found = numbers(node, (3,), where)
+    plausible.PLACE.check(float(np.linalg.norm(found)), where)
+    return found
 
 
 def palm_direction(node: Any) -> Array:
     """The unit vector (3,) that the palm faces, in the root's frame: with only `root_euler_deg` applied it is down."""
     turn = euler_rotation(mapping(node, "wrist", ("root_euler_deg", "starts"))["root_euler_deg"], "root_euler_deg")
     return frozen(turn.T @ [0.0, 0.0, -1.0])
+
+
+def mount(node: Any, where: str) -> Array:
+    """The pose (7,) of a hand on a flange, as `pose`; it is near."""
+    found = pose(node, where)
+    _near(list(found[:3]), f"position of {where}")
+    return found
 
 
 def pose(node: Any, where: str) -> Array:

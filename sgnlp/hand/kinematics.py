@@ -18,8 +18,8 @@ from sgnlp.hand.model import places
 from sgnlp.hand.placement_functions import motion_subspace
 from sgnlp.hand.placements import Backend, Chain, constant, placements
 
-NORM_OFF = 1e-3
-"""By which the norm of a pose's quaternion may be off 1: poses have at least four digits."""
+TIPS_OFF = 5e-3
+"""[m], by which the tips of a planned grasp may be off those of its hand: a left and a right hand differ by more."""
 SERIES_TERMS = 16
 """Number of terms of the power series in θ². For |θ| ≤ 4 the remainder of value and two derivatives is below 1e-16."""
 
@@ -105,6 +105,11 @@ def link_origins(hand: Hand, wrist: Array, joints: Array) -> Array:
 def tips(hand: Hand, wrist: Array, joints: Array) -> Array:
     """World positions of the tips (m, 3) [m] by numeric Pinocchio."""
     return places(hand.model, wrist, joints, [(finger.frame, finger.offset) for finger in hand.fingers])
+
+
+def tips_off(hand: Hand, wrist: Array, joints: Array, planned: Array) -> float:
+    """The largest distance [m] of planned tips (m, 3) from those of a hand; see `TIPS_OFF`."""
+    return float(np.linalg.norm(planned - tips(hand, wrist, joints), axis=1).max())
 
 
 def frames(hand: Hand, wrist: Array, joints: Array) -> tuple[Array, Array]:

@@ -26,6 +26,11 @@ def find(kind: str, name_or_folder: str | Path, file_name: str) -> Path:
     return file
 
 
+def called(folder: Path) -> str:
+    """The name by which `find` finds a folder: short for one of `urdf/`, the path of any other."""
+    return folder.name if folder == _folder() / folder.name else str(folder.absolute())
+
+
 def beside(name: str) -> Path | None:
     """The file with this name in a folder of `urdf/`; None if there is none."""
     return next(iter(sorted(_folder().glob(f"*/{name}"))), None)

@@ -15,6 +15,9 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.base.yaml_nodes import unknown_name
 
+NORM_OFF = 1e-3
+"""By which the norm of a pose's quaternion may be off 1: poses have at least four digits."""
+
 
 @dataclass(frozen=True)
 class Mimic:
@@ -98,6 +101,13 @@ def places(model: pin.Model, root: Array, joints: Array, points: list[tuple[str,
     frames = [(model.getFrameId(link, pin.FrameType.BODY), point) for link, point in points]
     rows = [base.act(data.oMf[frame].act(np.array(point))) for frame, point in frames]
     return np.array(rows).reshape(-1, 3)
+
+
+def check_unit(pose: Array, name: str) -> None:
+    """Raise `InputError` if the quaternion of a pose (7,) has not the norm 1."""
+    x, y, z, w = pose[3:].tolist()
+    if not abs((x * x + y * y + z * z + w * w) ** 0.5 - 1.0) <= NORM_OFF:  # NaN too
+        raise InputError(f"{name} must be x y z [m] and a unit quaternion qx qy qz qw, not {pose}")
 
 
 def _narrow(model: pin.Model, mimic: Mimic, limit: ElementTree.Element) -> None:

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import yaml
 
-from sgnlp.base.arrays import Array
+from sgnlp.base.arrays import Array, floats
 from sgnlp.base.errors import InputError
 from sgnlp.base.yaml_nodes import Loader
-from sgnlp.perception.clouds import floats
 
 YAML_SUFFIXES = (".yaml", ".yml")
 MILLIMETRE = 0.001  # [m] the unit of BOP's translations, and of its depth_scale

@@ -104,8 +104,8 @@ class Cleaning:
 
         These are zeros and other marks for "no return", whether or not they were moved to the world with the rest.
         """
-        if table is not None and not (np.asarray(table).dtype.kind in "fiu" and np.isfinite(table)):
-            raise InputError(f"the table height must be a number; found {table}")
+        if table is not None and not np.isfinite(table):
+            raise InputError(f"the table height must be a finite number; found {table}")
         _, first, cell, number = np.unique(
             _cells(self.points), return_index=True, return_inverse=True, return_counts=True
         )

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.base.arrays import Array, IntArray
+from sgnlp.base.arrays import Array, IntArray, floats, integers
 from sgnlp.base.errors import InputError, unknown
+from sgnlp.base.ranges import HEAVIEST
 from sgnlp.perception import depth_checks, point_files
 from sgnlp.perception.text_rows import directions
 
@@ -37,7 +38,6 @@ EXPECTED = (
 )
 ROTATION_SLACK = 1e-3
 """Largest deviation of a pose's rotation from an orthogonal matrix: poses have at least four digits."""
-HEAVIEST = 100.0  # [kg] no hand lifts more; a mass in grams is more
 MAX_NAME = 100
 UNSAFE = re.compile(r"[^\w .+-]")  # in the name of a folder
 ZIP_HEADS = (b"PK\x03\x04", b"PK\x05\x06")  # of an archive with files, and of an empty one
@@ -160,7 +160,10 @@ def rows(value: object, name: str) -> tuple[Array, tuple[str, ...]]:
 
     Raises `InputError` for another shape, with an expression that corrects it if one is known.
     """
-    array = np.asarray(value) if not isinstance(value, np.ndarray) else value
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise InputError(f"'{name}' must be an array (N, 3) of real numbers; its rows differ in length") from None
     names = array.dtype.names or ()
     if {"x", "y", "z"} <= set(names):
         array = np.stack([array[axis] for axis in "xyz"], axis=-1)
@@ -173,30 +176,6 @@ def rows(value: object, name: str) -> tuple[Array, tuple[str, ...]]:
         array = array.reshape(-1, 3)
         return floats(array, name, (None, 3)), (f"Took '{name}' of shape {shape} for {len(array)} points.",)
     return floats(value if not names else array, name, (None, 3)), ()
-
-
-def floats(value: object, name: str, shape: tuple[int | None, ...]) -> Array:
-    """`value` as a float64 array of `shape` (None: any length), or an `InputError` that calls it `name`."""
-    with np.errstate(over="ignore", invalid="ignore"):  # values of wider types that do not fit become infinite
-        return _checked(value, name, shape, "fiu", "real numbers").astype(np.float64)
-
-
-def integers(value: object, name: str, shape: tuple[int | None, ...]) -> IntArray:
-    """`value` as an int64 array of `shape` (None: any length), or an `InputError` that calls it `name`."""
-    return _checked(value, name, shape, "iu", "integers").astype(np.int64)
-
-
-def _checked(value: object, name: str, shape: tuple[int | None, ...], kinds: str, what: str) -> NDArray[np.generic]:
-    wanted = "(" + ", ".join("N" if length is None else str(length) for length in shape) + ")"
-    try:
-        array: NDArray[np.generic] = np.asarray(value)
-    except ValueError as error:  # rows of unequal length
-        raise InputError(f"'{name}' must be an array of {what} of shape {wanted}; its rows differ") from error
-    fits = array.ndim == len(shape) and all(w in (None, n) for w, n in zip(shape, array.shape, strict=True))
-    if array.dtype.kind not in kinds or not fits:
-        found = f"{array.dtype} of shape {array.shape}"
-        raise InputError(f"'{name}' must be an array of {what} of shape {wanted}; found {found}")
-    return array
 
 
 def _arrays(path: Path) -> dict[str, object] | NDArray[np.generic]:

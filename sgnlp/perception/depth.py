@@ -12,12 +12,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from sgnlp.base.arrays import Array, BoolArray
+from sgnlp.base.arrays import Array, BoolArray, floats
+from sgnlp.base.checked import require_fields, typed
 from sgnlp.base.errors import InputError
 from sgnlp.perception import depth_checks, free_space, level, masks
-from sgnlp.perception.clouds import checked_pose, floats
+from sgnlp.perception.clouds import checked_pose
 from sgnlp.perception.observation import DEFAULTS, Observation, ObservationSettings, observe
 
 TABLE_REACH = 0.1
@@ -55,7 +56,8 @@ class DepthImage:
 
     def __post_init__(self) -> None:
         """Check all parts, and that they fit each other."""
-        raw = np.asarray(self.depth)
+        require_fields(self, "a depth image", ("unit", "name", "notes"))
+        raw = _raw(self.depth, "depths")
         if raw.ndim == 3 and raw.shape[2] in (2, 3, 4):
             raise InputError(
                 f"the depths are a picture of {raw.shape[2]} channels; give the depths themselves, as 16 bits"
@@ -70,7 +72,7 @@ class DepthImage:
         if (lost & chosen).any():
             mark = f"{raw[lost & chosen][0]:g}"
             notes.append(f"Dropped {(lost & chosen).sum()} of {chosen.sum()} {which}pixels of depth {mark}: no return.")
-        if not (np.isfinite(self.unit) and self.unit > 0):
+        if not 0 < self.unit < np.inf:
             raise InputError(f"the unit of the depths must be a positive number of metres; found {self.unit}")
         K, pose = checked_intrinsics(self.intrinsics), None if self.pose is None else checked_pose(self.pose)
         for name, value in {"depth": depth, "mask": marked, "intrinsics": K, "pose": pose}.items():
@@ -89,8 +91,17 @@ class DepthImage:
         return np.asarray(z[..., None] * (rays @ pose[:3, :3].T) + pose[:3, 3])
 
 
+def _raw(values: ArrayLike, what: str) -> NDArray[Any]:
+    """The pixels of an image as they are given."""
+    try:
+        return np.asarray(values)
+    except ValueError:
+        raise InputError(f"the {what} must be an array (height, width); the rows of these differ in length") from None
+
+
 def _marked(mask: ArrayLike, shape: tuple[int, ...]) -> tuple[BoolArray, list[str]]:
     """The pixels that a mask of an image (height, width) marks, and notes."""
+    mask = _raw(mask, "pixels of the mask")
     if np.shape(mask) != shape:
         raise InputError(
             f"the mask must have the shape of the depth image, {shape}; found {np.shape(mask)}: "
@@ -109,6 +120,7 @@ def checked_intrinsics(value: ArrayLike) -> Array:
     return K
 
 
+@typed
 def from_depth(
     images: DepthImage | Sequence[DepthImage],
     *,

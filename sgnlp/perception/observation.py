@@ -8,7 +8,7 @@ graspable size. `sgnlp.perception.cleaning` has the steps and their settings.
 import hashlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from os import PathLike
+from numbers import Integral
 from pathlib import Path
 from typing import Any, Literal, TypeVar, get_args
 
@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sgnlp.base.arrays import Array, IntArray
-from sgnlp.base.checked import Checked, Positive, require
+from sgnlp.base.checked import Checked, Positive, Typed, plain, typed
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.perception import clouds
 from sgnlp.perception.cleaning import Cleaning, ObservationSettings, check_shape, moved
 from sgnlp.perception.plausible import check_cameras, check_obstacles
-from sgnlp.perception.views import Cameras
+from sgnlp.perception.views import Cameras, in_order
 
 Up = Literal["x", "y", "z", "minus-x", "minus-y", "minus-z"]
 UPS = get_args(Up)
@@ -33,8 +33,10 @@ DEFAULTS = ObservationSettings()
 
 
 @dataclass(frozen=True, eq=False)
-class Observation:
-    """A cleaned cloud in the world frame: z up, metres. Arrays are read-only."""
+class Observation(Typed):
+    """A cleaned cloud in the world frame: z up, metres. Arrays are read-only. `load` and `observe` make one."""
+
+    called = "an observation"
 
     points: Array  # (N, 3) [m]
     view: IntArray  # (N,) index into view_names
@@ -55,6 +57,20 @@ class Observation:
     source: str | None = None  # the file it was read from
     half: str = ""  # half of the problem set: tuning, held_out, or none
     reading: "Reading | None" = None  # how `load` read it
+
+    def __post_init__(self) -> None:
+        """Also that points and table are numbers, in shape and finite."""
+        super().__post_init__()
+        if self.points.ndim != 2 or self.points.shape[1] != 3 or not len(self.points):
+            raise InputError(f"the points of an observation must be (N, 3) [m], not {self.points.shape}")
+        if self.view.shape != (len(self.points),):
+            raise InputError(f"the view of an observation must be ({len(self.points)},), not {self.view.shape}")
+        if not (self.points.dtype.kind in "fiu" and np.isfinite(self.points).all() and np.isfinite(self.table_height)):
+            raise InputError("the points and the table_height of an observation must be finite numbers [m]")
+        for name in ("camera_positions", "background", "mesh_vertices", "obstacle_points"):
+            if (value := getattr(self, name)) is not None:
+                clouds.floats(value, name, (None, 3))
+        clouds.check_positive(mass=self.mass, friction=self.friction)
 
 
 @dataclass(frozen=True)
@@ -78,9 +94,10 @@ class Reading(Checked):
 
     def __post_init__(self) -> None:
         """Accept views given by number, too, and a pose given row by row."""
-        one = self.views is not None and np.ndim(self.views) == 0 and not isinstance(self.views, set | frozenset)
-        views = (self.views,) if one else () if self.views is None else self.views
-        object.__setattr__(self, "views", tuple(map(str, views)))
+        views = plain(self.views)  # of an array, too
+        several = isinstance(views, list | tuple | set | frozenset)
+        views = in_order(views) if several else [] if views is None else [views]
+        object.__setattr__(self, "views", tuple(str(each) if isinstance(each, Integral) else each for each in views))
         if isinstance(self.pose, list | tuple | np.ndarray):
             object.__setattr__(self, "pose", tuple(np.ravel(np.asarray(self.pose, object)).tolist()))
         super().__post_init__()
@@ -90,6 +107,7 @@ PLAIN = Reading()
 """A cloud in metres, z up, all its views."""
 
 
+@typed
 def load(path: str | Path, reading: Reading = PLAIN, **options: Any) -> Observation:
     """The observation in a file: npz, npy, .ply, .pcd or text. Its world frame has z up, in metres.
 
@@ -104,8 +122,6 @@ def load(path: str | Path, reading: Reading = PLAIN, **options: Any) -> Observat
     Raises:
         InputError: the file has no cloud of one graspable object; the message is one line that begins with the path.
     """
-    require("path", path, str | PathLike)
-    require("reading", reading, Reading)
     try:
         reading = replace(reading, **options)
         raw = clouds.read(path, reading.key)
@@ -144,12 +160,13 @@ def _within(path: str | Path, error: InputError) -> InputError:
     return InputError("".join(letter if letter.isprintable() else "?" for letter in f"{path}: {error}"))
 
 
+@typed
 def observe(
     points: ArrayLike,
     *,
     view: ArrayLike | None = None,
     view_names: Sequence[str] | None = None,
-    views: Sequence[str | int] | None = None,
+    views: Sequence[str | int] | set[str | int] | None = None,
     table_height: float | None = None,
     scale: float = 1.0,
     name: str = "object",
@@ -184,9 +201,10 @@ def observe(
     clouds.check_positive(mass=mass, friction=friction, scale=scale)
     cloud, said = clouds.rows(points, "points")
     cameras = Cameras.of(len(cloud), view, view_names, camera_positions)
-    options = (cameras.names, table_height, scale, views, settings)
+    chosen = in_order(views) if isinstance(views, set) else views
+    options = (cameras.names, table_height, scale, chosen, settings)
     place = None if pose is None else clouds.checked_pose(pose)
-    kept = cameras.pick(views)
+    kept = cameras.pick(chosen)
     clean = Cleaning(cloud, settings, [*notes, *said, *cameras.notes])
     clean.keep(np.isin(cameras.view, kept), "belong to views that were not chosen")
     clean.measured(scale, place)

@@ -3,9 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sgnlp.base.arrays import Array, IntArray
+from sgnlp.base.arrays import Array, IntArray, floats
 from sgnlp.base.errors import InputError
-from sgnlp.perception import clouds
 
 MAX_POINTS = 50_000
 """Clouds above this are thinned on a grid first: a million points take a second then."""
@@ -18,7 +17,7 @@ def farthest_points(points: ArrayLike, count: int, seed: int) -> IntArray:
     Fewer are returned if `points` (N, 3) has fewer distinct ones. It takes O(N count); clouds above `MAX_POINTS` are
     thinned on a grid first.
     """
-    cloud = clouds.floats(points, "points", (None, 3))
+    cloud = floats(points, "points", (None, 3))
     if count < 1 or len(cloud) == 0:
         raise InputError(f"cannot choose {count} of {len(cloud)} points")
     candidates = grid_sample(cloud, MAX_POINTS)

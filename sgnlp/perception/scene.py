@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sgnlp.base.arrays import Array, BoolArray, IntArray
+from sgnlp.base.arrays import Array, BoolArray, IntArray, floats
 from sgnlp.base.errors import InputError
 from sgnlp.perception import free_space
 from sgnlp.perception.cleaning import ObservationSettings
-from sgnlp.perception.clouds import floats
 from sgnlp.perception.clusters import cells
 from sgnlp.perception.observation import DEFAULTS, Observation, observe
 from sgnlp.perception.sampling import grid_sample

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from sgnlp.base.arrays import Array, BoolArray, IntArray
+from sgnlp.base.arrays import Array, BoolArray, IntArray, floats
+from sgnlp.base.checked import typed
 from sgnlp.base.errors import InputError
 from sgnlp.perception import depth_checks
-from sgnlp.perception.clouds import checked_pose, floats
+from sgnlp.perception.clouds import checked_pose
 from sgnlp.perception.clusters import clustered
 from sgnlp.perception.faults import fault
 from sgnlp.perception.scene import NO_CLUSTER, Cluster, Scene
@@ -41,6 +42,7 @@ NOISE, ELSEWHERE = -1, -2
 is not over the table."""
 
 
+@typed
 def segment(
     views: Any,
     *,

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.checked import require_fields
 from sgnlp.base.errors import InputError
 
 LARGEST = float(np.finfo(float).max)
@@ -41,6 +42,17 @@ class Shape:
     half: Array  # (3,) [m] half extents; for a cylinder its radius, FAR, half its height
     radius: float = 0.0  # [m] by which it is inflated
     circular: bool = False  # whether x and y are one radial coordinate
+
+    def __post_init__(self) -> None:
+        """Raise `InputError` for a field of another kind or shape; the classmethods have the reasons in words."""
+        require_fields(self, "a shape", ("name", "radius", "circular"))
+        for name in ("centre", "half"):
+            object.__setattr__(self, name, _vector(getattr(self, name), f"the {name} of '{self.name}'"))
+        object.__setattr__(self, "rotation", _turn(self.rotation, self.name))
+        if (self.half < 0).any():
+            raise InputError(f"the half extents of '{self.name}' must not be negative [m], not {self.half}")
+        if not abs(float(self.radius)) <= LARGEST:
+            raise InputError(f"the radius of '{self.name}' must be a finite number [m], not {self.radius:g}")
 
     @classmethod
     def box(cls, centre: ArrayLike, size: ArrayLike, rotation: ArrayLike | None = None, name: str = "box") -> Self:
@@ -112,7 +124,7 @@ def _vector(values: ArrayLike, what: str, positive: bool = False) -> Array:
 
 
 def _length(value: float, what: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, Real) or not 0 < value <= LARGEST:
+    if isinstance(value, bool) or not isinstance(value, Real) or not 0 < float(value) <= LARGEST:
         raise InputError(f"{what} must be a positive number [m], not {value!r}")
     return float(value)
 

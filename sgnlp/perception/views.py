@@ -1,13 +1,18 @@
 """Which camera saw which point of a cloud, and the choice of some of them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from sgnlp.base.arrays import Array, IntArray
+from sgnlp.base.arrays import Array, IntArray, floats, integers
 from sgnlp.base.errors import InputError, unknown
-from sgnlp.perception.clouds import floats, integers
+
+
+def in_order(views: Iterable[Any]) -> list[Any]:
+    """The views of a list as they are, those of a set in the order of their names: a set has none of its own."""
+    return sorted(views, key=str) if isinstance(views, set | frozenset) else list(views)
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, TypeVar
 
-from sgnlp.base.checked import require
+from sgnlp.base.checked import require, require_fields, typed
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.base.presets import ROBUST
 from sgnlp.base.settings import Settings
 from sgnlp.planning.solvers.solver import Solver
 from sgnlp.program.around import ALONE, Around
-from sgnlp.program.constraint import Constraint
+from sgnlp.program.constraint import Constraint, is_own
 from sgnlp.program.constraints import preset_constraints
 from sgnlp.program.formulation import Formulation
 from sgnlp.program.formulations import formulation
@@ -52,6 +52,7 @@ class Additions:
                 )
             if not (constraint.bounded or not is_own(constraint.value)):
                 raise InputError(f"constraint '{constraint.name}' bounds nothing; give it lower, upper or both")
+        require_fields(self, "a plan", ("without_terms", "without_constraints"))
         if self.kernel is None:
             return
         if not (isinstance(self.kernel, type) and issubclass(self.kernel, Kernel)):
@@ -91,11 +92,6 @@ class Additions:
 
 
 NOTHING = Additions()
-
-
-def is_own(part: Any) -> bool:
-    """Whether a class or function is the user's own, and not of this package."""
-    return not str(getattr(part, "__module__", "")).startswith("sgnlp.")
 
 
 def _check(kind: str, part: Any, of: type[Term] | type[Constraint]) -> None:
@@ -145,6 +141,7 @@ class Named(Mapping[str, Part]):
         return name in self._parts
 
 
+@typed
 def terms(settings: Settings = ROBUST) -> Named[Term]:
     """The built-in terms of settings, with their weights, by name. `Term` gives the equation of each.
 
@@ -155,6 +152,7 @@ def terms(settings: Settings = ROBUST) -> Named[Term]:
     return Named("term", preset_terms(settings))
 
 
+@typed
 def constraints(settings: Settings = ROBUST) -> Named[Constraint]:
     """The built-in constraints of settings, with their bounds in SI units, by name.
 

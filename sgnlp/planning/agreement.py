@@ -11,12 +11,11 @@ import numpy as np
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
-from sgnlp.planning.additions import is_own
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.recompute import recompute
 from sgnlp.planning.starts import Start
-from sgnlp.program.constraint import Constraint
+from sgnlp.program.constraint import Constraint, is_own
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.ops import ROUND_NORM, Exact
 from sgnlp.program.terms import Term
@@ -81,8 +80,6 @@ def _compare(part: Term | Constraint, solver: Array, g: Grasp, op: Narrow) -> No
         raise InputError(f"{what} cannot be computed in NumPy: {type(error).__name__}: {said}; {HINT}") from error
     if ours.shape != solver.shape:
         raise InputError(f"{what} has {solver.size} values in CasADi and {ours.size} in NumPy; {HINT}")
-    if not solver.size:
-        raise InputError(f"{what} has no values")
     for name, values in {"CasADi": solver, "NumPy": ours}.items():
         if not np.isfinite(values).all():
             raise InputError(f"{what} is not finite in {name} at the first start; {HINT}")

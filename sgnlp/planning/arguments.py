@@ -1,6 +1,6 @@
 """The kinds of the arguments of `sgnlp.solve`, `replan` and `simulate`, and where to get what was not given."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from numbers import Integral, Real
 from types import NoneType
 from typing import Any
@@ -36,6 +36,7 @@ OF_SOLVE: Mapping[str, Kinds] = {
     "widen": ((bool,), "it is True or False"),
     "timeout": SECONDS,
     "deadline": ((Real, NoneType), SECONDS[1]),
+    "progress": ((Callable,), "it is a function of each result; leave it out for none"),  # type: ignore[dict-item]
 }
 
 

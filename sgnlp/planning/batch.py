@@ -194,7 +194,7 @@ def _expected(task: Task) -> dict[str, Any]:
     """What the meta block of a result of this task says, as it is read from JSON."""
     hand = task.robot
     made: dict[str, Any] = {
-        "hand": hand.name,
+        "hand_digest": hand.digest,
         "arm": told(hand),
         "kinematics": hand.kinematics,
         "settings": asdict(task.settings),

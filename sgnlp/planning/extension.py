@@ -16,6 +16,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from sgnlp.base.checked import typed
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.planning.additions import Additions
 from sgnlp.planning.solvers.solver import Solver
@@ -53,6 +54,7 @@ class Extension:
         return _additions(self)
 
 
+@typed
 def extension(file: str | Path) -> Extension:
     """The extension in a Python file, for `solve(extension=...)` or `additions()`.
 

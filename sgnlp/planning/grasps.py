@@ -1,14 +1,21 @@
 """Planned grasps as arrays, best first: the content of a result file, and all that a robot needs."""
 
+import hashlib
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
+from numbers import Integral
 from typing import Any
 
 import numpy as np
 
 from sgnlp.base.arrays import Array, BoolArray, IntArray, StrArray
+from sgnlp.base.checked import Typed
+from sgnlp.base.errors import InputError
 from sgnlp.hand.hand import Hand
-from sgnlp.hand.kinematics import NORM_OFF
+from sgnlp.hand.kinematics import TIPS_OFF, tips_off
+from sgnlp.hand.model import NORM_OFF
 from sgnlp.planning.solution import Solution
 from sgnlp.program.carried import POSTURES
 from sgnlp.program.terms import Term
@@ -16,11 +23,13 @@ from sgnlp.program.variables import Posture
 
 
 @dataclass(frozen=True, eq=False)
-class Grasps:
+class Grasps(Typed):
     """G grasps of a hand with m fingers, n joints and S spheres, in the world frame, sorted best first.
 
     Feasible ones come first. `meta` has how they were made: versions, settings, seed, hand, input, timings.
     """
+
+    called = "grasps"
 
     wrist: Array  # (G, 7) pose of the hand's root link, x y z [m] qx qy qz qw
     joints: Array  # (G, n) [rad], in the order of joint_names
@@ -70,13 +79,27 @@ class Grasps:
     def __len__(self) -> int:
         return len(self.energy)
 
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of the plan: of its arrays, and of what it was planned for, but for computing times."""
+        asked = {name: self.meta.get(name) for name in OF_PLAN}
+        found = hashlib.sha256(json.dumps(asked, sort_keys=True).encode())
+        for name in names_but("meta", "solve_seconds"):
+            array = getattr(self, name)
+            found.update(f"{name} {array.dtype.str} {array.shape}".encode() + array.tobytes())
+        return found.hexdigest()
+
     def posture(self, rank: int = 0) -> Posture:
-        """The grasp of this rank as the program's variables."""
+        """The grasp of this rank as the program's variables. Raises `InputError` if there is none."""
+        if not isinstance(rank, Integral) or rank not in range(len(self)):
+            raise InputError(f"the rank of a grasp must be 0 to {len(self) - 1}, not {rank!r:.60}")
         names = ("wrist", "joints", "targets", "gains", "c", "joints_contact")
         own = {name: getattr(self, name)[rank] for name in names}
         return Posture(**own, arm=self.arm[rank] if len(self.arm_joint_names) else None)
 
 
+OF_PLAN = ("object", "input_digest", "hand", "settings", "seed", "starts", "tried")
+"""What of `meta` tells plans apart."""
 OF_SOLUTIONS = (
     "wrist",
     "joints",
@@ -100,14 +123,20 @@ PER_HAND = ("joint_names", "arm_joint_names", "finger_names", "term_names")
 """Fields that are not per grasp."""
 CLEARANCES = ("object_clearance", "table_clearance", "object_clearance_contact")
 """Fields per sphere of the hand but the pads."""
+POSED = ("wrist", "joints", "tips_pregrasp")
+"""Fields that the kinematics of the hand tie together."""
 FINITE = ("wrist", "joints", "tips_pregrasp", "contacts", "targets", "gains")
 """Fields that are never NaN for a feasible grasp."""
 
 
 def same(a: Grasps, b: Grasps) -> bool:
     """Whether two results agree bit for bit, apart from their computing times."""
-    names = [field.name for field in fields(Grasps) if field.name not in ("meta", "solve_seconds")]
-    return all(getattr(a, name).tobytes() == getattr(b, name).tobytes() for name in names)
+    return all(getattr(a, name).tobytes() == getattr(b, name).tobytes() for name in names_but("meta", "solve_seconds"))
+
+
+def names_but(*names: str) -> list[str]:
+    """The names of the fields of `Grasps`, but for these."""
+    return [field.name for field in fields(Grasps) if field.name not in names]
 
 
 def stack(hand: Hand, terms: Sequence[Term], solutions: Sequence[Solution], meta: dict[str, Any]) -> Grasps:
@@ -144,6 +173,9 @@ def unfit(grasps: Grasps, hand: Hand) -> str:
             return f"{name} must be finite"
     if (np.abs(np.linalg.norm(grasps.wrist[:, 3:], axis=1) - 1) > NORM_OFF).any():
         return "the quaternions of wrist must have length 1"
+    for wrist, joints, planned in zip(*(getattr(grasps, n)[grasps.feasible] for n in POSED), strict=True):
+        if (off := tips_off(hand, wrist, joints, planned)) > TIPS_OFF:
+            return f"tips are {1e3 * off:.0f} mm off those of the hand '{hand.name}': it was planned for another one"
     return ""
 
 
@@ -166,8 +198,7 @@ def _no_rows(hand: Hand, T: int) -> dict[str, Any]:
     shapes |= {"wrist": (7,), "rotation_eq": (3, 3), "translation_eq": (3,), "kkt": (3,), "energy_terms": (T,)}
     shapes["arm"] = POSTURES, len(hand.arm.joint_names) if hand.arm else 0
     kinds = {"feasible": bool, "violated": str, "status": str, "iterations": np.int64, "start": np.int64}
-    names = [f.name for f in fields(Grasps) if f.name not in (*PER_HAND, "meta")]
-    return {name: np.zeros((0, *shapes.get(name, ())), kinds.get(name, float)) for name in names}
+    return {name: np.zeros((0, *shapes.get(name, ())), kinds.get(name, float)) for name in names_but(*PER_HAND, "meta")}
 
 
 def _row(s: Solution) -> dict[str, Any]:

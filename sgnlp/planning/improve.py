@@ -29,12 +29,13 @@ def improve(plan: Plan, count: int = 0) -> Iterator[Plan]:
         count: number of starts in all, if it is more than the plan has tried.
 
     Raises:
-        InputError: `plan` is no plan, or `count` is negative.
+        InputError: `plan` is no plan, or `count` is negative or too large.
     """
     arguments.check({"plan": plan, "count": count}, {"plan": arguments.PLAN, "count": arguments.WHOLE})
     if count < 0:
         raise InputError(f"count {count} must not be negative")
     begin, now, count = time.perf_counter() - plan.seconds["solve"], plan, max(count, plan.count)
+    arguments.check_search(count, plan.jobs, plan.timeout, plan.seed)
     search = _search(plan, max(count, plan.tried))
     for found, waits in _going_on(search, plan, count):
         now = _with(plan, (plan.problem, *found[1:]), begin, count)

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.base.checked import Typed, typed
 from sgnlp.hand.hand import Hand, told
+from sgnlp.hand.library import called
 from sgnlp.perception.observation import Observation
 from sgnlp.planning import results
 from sgnlp.planning.cautions import cautions
@@ -32,11 +34,13 @@ from sgnlp.program.constraint import Check
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class Plan(Typed):
     """Ranked solutions of one observation, best first, and the starts that gave none.
 
     `seconds` has the wall times of fitting the surface and of solving all starts.
     """
+
+    called = "a plan"
 
     observation: Observation
     problem: Problem
@@ -95,6 +99,8 @@ class Plan:
             "reading": observation.reading and asdict(observation.reading, dict_factory=_plain),
             "table_height": observation.table_height,
             "hand": self.problem.hand.name,
+            "hand_folder": called(self.problem.hand.folder),
+            "hand_digest": self.problem.hand.digest,
             "arm": told(self.problem.hand),
             "settings": asdict(self.problem.settings, dict_factory=_plain),
             "surroundings": self.given.plain(),
@@ -138,9 +144,11 @@ class Plan:
 
     def summary(self) -> dict[str, Any]:
         """The plan's outcome: counts, every start, the best grasp's breakdown, what was dropped or assumed."""
+        grasps = self.arrays()
         return self.meta() | {
+            "plan": grasps.digest,
             "notes": [*self.observation.notes, *filter(None, [self.problem.surroundings.words()])],
-            "cautions": cautions(Planned(self.arrays(), self.problem.hand, self.observation, self.problem)),
+            "cautions": cautions(Planned(grasps, self.problem.hand, self.observation, self.problem)),
             "feasible": sum(s.feasible for s in self.solutions),
             "solved": sum(s.solved(self.tolerance) for s in self.solutions),
             "starts_table": [_start(s, rank) for rank, s in enumerate(self.solutions)]
@@ -149,6 +157,7 @@ class Plan:
             "motion": _motion(self.motion) if self.motion else None,
         }
 
+    @typed
     def save(self, folder: str | Path) -> None:
         """Write `grasps.npz`, `summary.json`, `history.npz` and the motion's files into a folder, all or none."""
         results.save(self.arrays(), self.summary(), Path(folder), self.histories(), self.motion_files())

@@ -14,7 +14,7 @@ from sgnlp.base.threads import one_thread
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.clutter import upright_box
 from sgnlp.perception.observation import Observation
-from sgnlp.perception.shape import Shape
+from sgnlp.perception.shape import FAR, Shape
 from sgnlp.planning.additions import NOTHING, Additions
 from sgnlp.planning.surroundings import NOWHERE, Surroundings
 from sgnlp.program.around import Around, Fields
@@ -201,6 +201,7 @@ def build_problem(
     box = np.stack([observation.points.min(axis=0), observation.points.max(axis=0)])
     gpis, com = known or _known(observation, settings, seed, additions, box)
     surroundings.check(observation)
+    _check_base(hand, box)
     surroundings = surroundings.and_seen(observation)
     around = surroundings.around(settings, hand.arm is not None)
     return Problem(
@@ -217,6 +218,18 @@ def build_problem(
         surroundings=surroundings,
         additions=additions,
     )
+
+
+def _check_base(hand: Hand, box: Array) -> None:
+    """Raise `InputError` for an arm that stands far from the observed points' `box` (2, 3) [m]: in other units."""
+    if hand.arm is None:
+        return
+    away = float(np.linalg.norm(hand.arm.base[:3] - box.mean(axis=0)))
+    if away > FAR:
+        raise InputError(
+            f"the base of the arm '{hand.arm.name}' is {away:.0f} m from the object, more than {FAR:g} m; "
+            "is it in metres, in the frame of the cloud (base in its arm.yaml, or --arm-base)?"
+        )
 
 
 def with_limits(problem: Problem, limits: Limits) -> Problem:

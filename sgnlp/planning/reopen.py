@@ -6,7 +6,7 @@ from typing import Any
 
 from sgnlp.base.errors import InputError, KindError
 from sgnlp.base.settings import Settings
-from sgnlp.hand.hand import Hand, load_hand
+from sgnlp.hand.hand import Hand, available_hands, load_hand
 from sgnlp.perception.observation import Observation, Reading, load
 from sgnlp.planning.additions import NOTHING, Additions
 from sgnlp.planning.cautions.planned import Planned
@@ -115,10 +115,30 @@ def opened(folder: Path, hand: str | None = None) -> tuple[Grasps, Hand]:
     arm = grasps.meta.get("arm") or {}
     if not isinstance(hand or grasps.meta.get("hand"), str) or not isinstance(arm, dict):
         raise InputError(f"'{file}': it does not name its hand; solve it again")
-    found = load_hand(hand or grasps.meta["hand"], spheres, arm.get("name"), arm.get("base", ()))
+    found = _hand(grasps.meta, hand, spheres)
     if fault := unfit(grasps, found):
         raise InputError(f"'{file}': {fault}; solve it again")
     return grasps, found
+
+
+def _hand(meta: Mapping[str, Any], folder: str | None, spheres: str) -> Hand:
+    """The hand of a result, from the folder that it was solved with, or from another one."""
+    arm, told = meta.get("arm") or {}, meta.get("hand_folder") or meta["hand"]
+    try:
+        return load_hand(folder or told, spheres, arm.get("name"), arm.get("base", ()))
+    except InputError as error:
+        if folder or Path(told).is_dir() or told in available_hands():
+            raise
+        raise InputError(
+            f"the hand '{meta['hand']}' is not in '{told}' any more; name its folder with --hand"
+        ) from error
+
+
+def changed(grasps: Grasps, hand: Hand) -> str:
+    """Words on a hand whose files are others than when the grasps were planned; "" if they are the same."""
+    if grasps.meta.get("hand_digest", hand.digest) == hand.digest:
+        return ""
+    return f"the hand in '{hand.folder}', or its arm, has changed since it was solved"
 
 
 class Reopened(Planned):
@@ -133,6 +153,8 @@ def reopen(folder: Path, file: Path | None = None, hand: str | None = None) -> R
     """
     grasps, found = opened(folder, hand)
     try:
+        if said := changed(grasps, found):
+            raise InputError(said)
         cloud = observation(grasps, folder, file)
         return Reopened(grasps, found, cloud, problem(grasps, cloud, found))
     except InputError as error:

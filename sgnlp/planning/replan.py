@@ -1,17 +1,17 @@
 """A plan carried over to what is seen now, or was touched: from its own grasp and multipliers, in this process."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import acos, degrees
 from types import NoneType
 
 import numpy as np
 
-from sgnlp.base.arrays import Array
+from sgnlp.base.arrays import Array, floats
 from sgnlp.base.errors import InputError, SolverError
 from sgnlp.base.threads import one_thread
 from sgnlp.hand.hand import Hand
-from sgnlp.perception.clouds import floats
 from sgnlp.perception.observation import Observation
 from sgnlp.planning import arguments
 from sgnlp.planning.faraway import moved_cloud, moved_hand, moved_problem, origin
@@ -37,7 +37,11 @@ BESIDE, SLANT = 0.008, 0.004
 to atan(SLANT/BESIDE) then, 27°."""
 REACH = 0.03
 """A touch is within this [m] of the box of what was seen; farther off it is another thing, or another frame."""
+OPPOSITE = -0.5
+"""A touch is doubted whose normal has a smaller cosine with that of the surface there, 120° off or more. On 12 objects
+seen from one view that is so for 5 of 100 true normals, most in the mug, and for 87 of 100 that point inward."""
 
+TINY = float(np.finfo(float).tiny)
 STILL = PlanarMotion(np.zeros(3), 0.0, np.zeros(3))
 
 
@@ -76,7 +80,8 @@ def replan(plan: Plan, observation: Observation | None = None, touches: Sequence
     Args:
         plan: of `sgnlp.solve` or `sgnlp.replan`.
         observation: what is seen now, with its table and obstacles; what was seen before if None.
-        touches: where fingers met the object, in the frame of the cloud.
+        touches: where fingers met the object, in the frame of the cloud. The notes of the new plan's observation tell
+            of those whose normal points into the object, as far as it is known.
 
     Raises:
         InputError: a touch is far from the object.
@@ -96,7 +101,9 @@ def _replanned(plan: Plan, observation: Observation | None, touches: Sequence[To
     near, cloud = moved_problem(plan.problem, -middle), moved_cloud(seen, -middle)
     motion, known = _carried(near, plan.observation.points - middle, cloud) if observation else (STILL, _known(near))
     felt = [Touch(np.asarray(touch.point) - middle, touch.normal) for touch in touches]
-    problem = _posed(cloud, hand, asked, middle, known, felt)
+    bare = _posed(cloud, hand, asked, middle, known)
+    problem = _with_touches(bare, felt)
+    seen = replace(seen, notes=tuple(dict.fromkeys((*seen.notes, *_inward(bare.gpis, felt, middle)))))
     fitted, planner, results = time.perf_counter(), resuming(problem, plan.solver), list[Result]()
     nlp = planner.stages[-1].nlp
     for old in [s.ended for s in plan.solutions if s.feasible and s.ended][:TRIES]:
@@ -104,7 +111,7 @@ def _replanned(plan: Plan, observation: Observation | None, touches: Sequence[To
         if isinstance(results[-1], Solution) and results[-1].feasible:
             break
     else:
-        problem = problem if known is None else _posed(cloud, hand, asked, middle, None, felt)
+        problem = problem if known is None else _with_touches(_posed(cloud, hand, asked, middle, None), felt)
         if plan.widened:
             problem = with_limits(problem, narrow(problem.settings).limits)
             asked = replace(asked, settings=problem.settings)
@@ -133,12 +140,27 @@ def _carried(problem: Problem, before: Array, cloud: Observation) -> tuple[Plana
     return motion, (motion.moved(problem.gpis), motion(problem.com)) if found.fits else None
 
 
-def _posed(
-    cloud: Observation, hand: Hand, asked: Asked, middle: Array, known: Known | None, touches: Sequence[Touch]
-) -> Problem:
-    """The problem of a cloud whose surface is known, or is to be fitted, and was touched; moved by -`middle`."""
-    given = asked.given.moved(-middle)
-    problem = build_problem(cloud, hand, asked.settings, asked.seed, asked.additions, given, known)
+def _posed(cloud: Observation, hand: Hand, asked: Asked, middle: Array, known: Known | None) -> Problem:
+    """The problem of a cloud whose surface is known, or is to be fitted; moved by -`middle`."""
+    return build_problem(cloud, hand, asked.settings, asked.seed, asked.additions, asked.given.moved(-middle), known)
+
+
+def _inward(gpis: Gpis, touches: Sequence[Touch], middle: Array) -> Iterator[str]:
+    """Sentences on touches, moved by -`middle`, whose normals are opposite to those of the surface."""
+    for touch in touches:
+        point, normal = np.asarray(touch.point, float), np.asarray(touch.normal, float)
+        surface = gpis.normal(point[None])[0]
+        cosine = float(normal @ surface) / max(float(np.linalg.norm(normal) * np.linalg.norm(surface)), TINY)
+        if cosine < OPPOSITE:
+            yield (
+                f"The normal of the touch at {(point + middle).round(3).tolist()} m points into the object as it is "
+                f"known, {degrees(acos(max(cosine, -1.0))):.0f} deg off its surface; it must point outward, from the "
+                "object to the finger: if it does not, give it the other sign."
+            )
+
+
+def _with_touches(problem: Problem, touches: Sequence[Touch]) -> Problem:
+    """The problem of an object that was touched."""
     return replace(problem, gpis=touched(problem.gpis, problem.box, touches)) if touches else problem
 
 

@@ -1,7 +1,7 @@
 """Result folders: grasps, summary, histories of the starts, rows; written whole or not at all, and read again.
 
 The files of a folder are first written under temporary names and then renamed together, so a full disk changes nothing.
-The summary is renamed last and repeats the `meta` of `grasps.npz`, so that an interruption between them is noticed.
+The summary is renamed last. Every file names its plan, by `Grasps.digest`, so that one of another plan is noticed.
 """
 
 import csv
@@ -20,6 +20,7 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
+from sgnlp.base.checked import typed
 from sgnlp.base.errors import InputError, MachineError, gives_out
 from sgnlp.planning.archive import read_archive
 from sgnlp.planning.grasps import Grasps
@@ -29,10 +30,8 @@ SUMMARY = "summary.json"
 HISTORY = "history.npz"
 MOTION = ("trajectory.npz", "trajectory.json", "trajectory.yaml", "grasp.yaml", "pregrasp.yaml")
 """The files with the motion of the best grasp, if one is feasible."""
-RUN = ("object", "input_digest", "settings", "seed", "starts", "tried", "seconds")
-"""Keys that identify a run: its input, and its wall times to the last digit."""
-NAMED = 3
-"""Largest number of differences that are named if rows of other settings are refused."""
+AFTER = ("simulation.json", "simulation-*.png", "report.html", "report.md", "report/*.svg", "report/*.png")
+"""The files that are made of a result afterwards: a new result takes them away."""
 
 
 def writable(folder: Path) -> None:
@@ -58,8 +57,9 @@ def save(
     """Write the files of a result, all or none, and delete those of an older one. Raises as `write_files`."""
     arrays = {f.name: getattr(grasps, f.name) for f in fields(Grasps) if f.name != "meta"}
     arrays["meta"] = np.array(json.dumps(grasps.meta, sort_keys=True))
-    ways = npz(histories) if histories else None
-    others = {HISTORY: ways, **dict.fromkeys(MOTION), **(motion or {})}
+    ways = npz(histories | {"plan": np.array(grasps.digest)}) if histories else None
+    after = [str(file.relative_to(folder)) for pattern in AFTER for file in sorted(folder.glob(pattern))]
+    others = {HISTORY: ways, **dict.fromkeys((*MOTION, *after)), **(motion or {})}
     write_files(folder, {GRASPS: npz(arrays), **others, SUMMARY: encoded(json_text(summary))})
 
 
@@ -80,12 +80,20 @@ def load_summary(folder: Path, grasps: Grasps) -> dict[str, Any]:
             raise ValueError
     except (OSError, ValueError, KeyError, TypeError):
         raise InputError(f"'{file}' is not the summary of a result; solve it again") from None
-    made = json.loads(json_text(grasps.meta))
-    if any(found.get(name) != made.get(name) for name in RUN):
-        raise InputError(f"'{file}' is not the summary of the {GRASPS} beside it; solve it again")
+    check_plan(file, found.get("plan"), grasps)
     return dict(found)
 
 
+def check_plan(file: Path, plan: object, grasps: Grasps) -> None:
+    """Raise `InputError` if a file beside grasps is of another `plan`, by its digest."""
+    if plan != grasps.digest:
+        raise InputError(
+            f"'{file}' is of another plan than the {GRASPS} beside it, or of an earlier version: it was copied there, "
+            "or is left of a run that was interrupted; solve again with an --out of its own, or take the file away"
+        )
+
+
+@typed
 def load_grasps(path: str | Path) -> Grasps:
     """Read the grasps of a result folder, or of its `grasps.npz`.
 
@@ -175,44 +183,6 @@ def finite(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [finite(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def resumed(file: Path, made: dict[str, Any]) -> dict[str, Any]:
-    """`made`, together with the other commits that made the folder's existing rows, by its `made.json`.
-
-    Raises `InputError` if that file belongs to another study, whose rows must not be mixed with these.
-    """
-    if not file.is_file():
-        return made
-    try:
-        before = json.loads(file.read_text(encoding="utf-8"))
-    except ValueError:
-        before = {}
-    inputs, wanted = made.get("inputs", {}), json.loads(json_text(made["study"]))
-    known = before.get("inputs", {})
-    changed = [f"cloud {name}" for name, digest in inputs.items() if known.get(name, digest) != digest]
-    study = before.get("study")
-    changed += _changes(study, wanted) if isinstance(study, dict) else [] if study == wanted else ["settings"]
-    if changed:
-        said = f"{', '.join(changed[:NAMED])}{', ...' if len(changed) > NAMED else ''}"
-        raise InputError(
-            f"'{file.parent}' holds rows of other settings or clouds ({said}); choose another --out or delete it"
-        )
-    commits = [*before.get("earlier_commits", []), before.get("commit")]
-    earlier = [commit for commit in dict.fromkeys(commits) if commit and commit != made.get("commit")]
-    return made | {"earlier_commits": earlier} if earlier else made
-
-
-def _changes(before: dict[str, Any], now: dict[str, Any], group: str = "") -> list[str]:
-    """The differences of two nested mappings, such as `solver.tolerance was 1e-06, is 0.001`."""
-    found = []
-    for name in dict.fromkeys((*before, *now)):
-        old, new = before.get(name), now.get(name)
-        if isinstance(old, dict) and isinstance(new, dict):
-            found += _changes(old, new, f"{group}{name}.")
-        elif old != new:
-            found.append(f"{group}{name} was {old}, is {new}")
-    return found
 
 
 def write_bytes(target: Path, content: bytes) -> None:

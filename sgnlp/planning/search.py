@@ -7,7 +7,6 @@ from math import inf
 
 from sgnlp.base.arrays import Array
 from sgnlp.perception.observation import Observation
-from sgnlp.planning import arguments
 from sgnlp.planning.agreement import agree
 from sgnlp.planning.confidence import with_confidence
 from sgnlp.planning.faraway import moved_problem, moved_solution
@@ -34,10 +33,6 @@ class Search:
     seed: int
     jobs: int
     timeout: float  # [s] of a start
-
-    def __post_init__(self) -> None:
-        """Also that there is something to do, and not too much."""
-        arguments.check_search(self.count, self.jobs, self.timeout, self.seed)
 
     @cached_property
     def _reachable(self) -> tuple[list[Start], list[int]]:

@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 import yaml
 
-from sgnlp.base.arrays import Array
+from sgnlp.base.arrays import Array, floats
+from sgnlp.base.checked import typed
 from sgnlp.base.errors import InputError
 from sgnlp.base.yaml_nodes import Loader, any_mapping, mapping, positive, sequence, unknown_name, vector, word
 from sgnlp.hand.hand_file import euler_rotation
-from sgnlp.perception.clouds import floats
 from sgnlp.perception.shape import Shape
 from sgnlp.planning.archive import read_archive
 
@@ -30,6 +30,7 @@ MOST_POINTS = 5000
 POINTS = "an npz with an array 'points' (M, 3)"
 
 
+@typed
 def load_shapes(file: str | Path) -> tuple[Shape, ...]:
     """The shapes in a YAML file, in metres in the world frame.
 
@@ -43,6 +44,7 @@ def load_shapes(file: str | Path) -> tuple[Shape, ...]:
         raise InputError(f"{file}: {error}") from None
 
 
+@typed
 def painted(points: Array, radius: float, name: str = "marked points") -> tuple[Shape, ...]:
     """Balls of this radius [m] around points (M, 3) [m] in the world frame, such as the marked points of a cloud.
 

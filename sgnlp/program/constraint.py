@@ -100,6 +100,11 @@ class Rows:
         return getattr(op, self.operation)(value) if self.operation else value
 
 
+def is_own(part: Any) -> bool:
+    """Whether a class or function is the user's own, and not of this package."""
+    return not str(getattr(part, "__module__", "")).startswith("sgnlp.")
+
+
 @dataclass(frozen=True)
 class Constraint:
     """Rows lower ≤ value(g) ≤ upper of a grasp g.

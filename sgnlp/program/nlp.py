@@ -8,6 +8,8 @@ The functions take jets of the surface at the query points z(x) as inputs (`sgnl
 every object. Object, weights, widths and seed pose are parameters. `oracle.py` joins an `Nlp` with a fitted surface.
 """
 
+import traceback
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -19,7 +21,7 @@ import numpy as np
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.hand.hand import Hand
-from sgnlp.program.constraint import Constraint
+from sgnlp.program.constraint import Constraint, is_own
 from sgnlp.program.grasp import Grasp
 from sgnlp.program.lifting import Lifting
 from sgnlp.program.model import Model, layout
@@ -69,6 +71,12 @@ KEPT = 32
 """Programs that a process keeps, of 9 to 18 MB each. A study or a batch of several presets, formulations and arms comes
 back to more than 8, and building one again takes half a second."""
 
+NUMPY = r"\s*casadi: a numpy function was called on a casadi value"
+"""How CasADi's warning begins: what it then returns depends on its version."""
+REMEDY = (
+    "write it in the operations of `op`, such as op.sum, op.norm and op.dot, and in + - * / **: functions of NumPy and "
+    "of math, `if` and loops over rows do not take CasADi's values (docs/pages/howto/term.md)"
+)
 FUNCTIONS = ("points", "objective", "gradient", "rows", "jacobian", "hessian", "terms", "jets")
 """The names of the functions of an `Nlp`."""
 
@@ -129,10 +137,10 @@ def build(hand: Hand, structure: Structure) -> Nlp:
     model = Model(hand, structure, lifting, par, units)
     widths = (par.distance, par.collision, par.log_width, par.force, par.deviation, par.exponent)
     op = Smooth(*widths, lifting.lift)
-    unweighted = [_value(t, model.grasp, op) for t in terms]
+    unweighted = [_value(t, model.grasp, op, hand) for t in terms]
     weights = [par.weights[structure.terms.index(t)] / ENERGY_UNIT for t in terms]
     weighted = [w * e for w, e in zip(weights, unweighted, strict=True)]
-    blocks = [_value(c, model.grasp, op) / c.scale for c in constraints]
+    blocks = [_value(c, model.grasp, op, hand) / c.scale for c in constraints]
     rows, energy = ca.densify(ca.vertcat(*blocks)), sum(weighted, start=ca.SX(0))
     lam_f, lam_g = ca.SX.sym("lam_f"), ca.SX.sym("lam_g", rows.numel())
     split = ca.vertsplit(lam_g, [0, *np.cumsum([b.numel() for b in blocks]).tolist()])
@@ -154,14 +162,29 @@ def build(hand: Hand, structure: Structure) -> Nlp:
     )
 
 
-def _value(part: Term | Constraint, g: Grasp, op: Smooth) -> ca.SX:
+def _value(part: Term | Constraint, g: Grasp, op: Smooth, hand: Hand) -> ca.SX:
     """A term (1,) or the rows (k,) of a constraint as an expression; raises `InputError` if it is not one."""
+    kind = "constraint" if isinstance(part, Constraint) else "term"
     try:
-        value = ca.vec(ca.SX(part.value(g, op)))
+        with warnings.catch_warnings():
+            warnings.filterwarnings("error", NUMPY, FutureWarning)
+            value = ca.vec(ca.SX(part.value(g, op)))
     except Exception as error:
-        kind = "constraint" if isinstance(part, Constraint) else "term"
-        said = next(iter(str(error).splitlines()), "")
-        raise InputError(f"{kind} '{part.name}' cannot be written in CasADi: {type(error).__name__}: {said}") from error
+        said = next(filter(None, str(error).splitlines()), type(error).__name__)
+        place = _line(part.value, error)
+        raise InputError(f"{kind} '{part.name}' cannot be written in CasADi{place}: {said}; {REMEDY}") from error
+    if isinstance(part, Constraint) and is_own(part.value) and not value.numel():
+        raise InputError(
+            f"constraint '{part.name}' has no rows for the hand '{hand.name}', so it would bound nothing; leave it out "
+            "for this hand, or let its value be of something that the hand has"
+        )
     if isinstance(part, Term) and value.numel() != 1:
         raise InputError(f"term '{part.name}' has {value.numel()} values, not one; sum them with op.sum")
     return value
+
+
+def _line(value: Any, error: Exception) -> str:
+    """The line of the user's function at which it failed, in words; "" if it is not known."""
+    file = getattr(getattr(value, "__code__", None), "co_filename", None)
+    lines = [each for each in traceback.extract_tb(error.__traceback__) if each.filename == file]
+    return f" at line {lines[-1].lineno}, {lines[-1].line!r:.80}" if lines else ""

@@ -10,12 +10,12 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from sgnlp.hand.hand import Hand
+from sgnlp.hand.plausible import SLIDING, kind
 from sgnlp.planning.cautions.plans import alike
 from sgnlp.planning.grasps import Grasps
 
 NOTHING = 1e-3
 """Smaller values are shown as 0, in the units of the tables, such as mm and N."""
-PRISMATIC = "JointModelP"
 """Beginning of Pinocchio's names of prismatic joints, whose limits and positions are in metres."""
 BAR = re.compile(r"(?<!\\)\|")
 """A bar without an escape before it."""
@@ -108,8 +108,7 @@ def joints(grasps: Grasps, rank: int, hand: Hand) -> Sheet:
     rows = [("joint", "position", "unit", "[deg]", "lower", "upper")]
     limits = dict(zip(hand.joint_names, zip(hand.lower, hand.upper, strict=True), strict=True))
     for name, q in zip(map(str, grasps.joint_names), grasps.joints[rank], strict=True):
-        kind = hand.model.joints[hand.model.getJointId(name)].shortname()
-        slides = kind.startswith(PRISMATIC)
+        slides = kind(hand.model, name) == SLIDING
         lower, upper = limits[name]
         angle = "" if slides else f"{np.degrees(q):.1f}"
         rows.append((name, f"{q:.4f}", "m" if slides else "rad", angle, f"{lower:.4f}", f"{upper:.4f}"))

@@ -8,11 +8,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
+from math import inf
 from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
 
+from sgnlp.base.checked import require
 from sgnlp.base.errors import InputError, SgnlpError
 from sgnlp.surface.elementwise import Elementwise
 
@@ -50,6 +52,14 @@ class Kernel:
     name: ClassVar[str] = ""
     prior_mean_from_settings: ClassVar[bool] = False
     """Whether the prior mean is `gpis.prior_mean` of the settings; else it is σ0, the value of the exterior points."""
+
+    def __post_init__(self) -> None:
+        """Also that both are positive."""
+        for name in ("support_radius", "amplitude"):
+            value = getattr(self, name)
+            require(f"the {name} of kernel '{self.name}'", value, float)
+            if not 0 < value < inf:
+                raise InputError(f"the {name} of kernel '{self.name}' must be a positive number [m], not {value:g}")
 
     def __init_subclass__(cls) -> None:
         """Name the kernel after its class."""

@@ -6,10 +6,12 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from sgnlp.base.checked import Checked
 from sgnlp.base.errors import InputError
 from sgnlp.base.presets import PAPER, PRESETS, ROBUST, VARIANTS, preset
 from sgnlp.base.settings import Contact, Settings
 from sgnlp.base.surface_settings import GpisSettings
+from sgnlp.simulation.settings import SimulationSettings
 
 
 def changed(before: object, after: object, prefix: str = "") -> set[str]:
@@ -119,3 +121,42 @@ def test_whole_numbers_numpys_numbers_and_lists_of_json_are_taken_as_plain_ones(
     assert [type(part) for part in made.rotation] == [float, int, int]  # JSON takes no numbers of numpy
     single = Contact(mass=np.float32(0.1), displacement=np.array([0.1, 0, 1e-9], np.float32))
     assert (single.mass, single.displacement) == (0.1, (0.1, 0.0, 1e-9))  # as they are written
+
+
+@pytest.mark.parametrize(
+    ("section", "field", "value", "valid"),
+    [
+        ("limits", "table_margin", -1.0, "between -0.05 and 0.5, not -1"),
+        ("limits", "object_margin", 2.0, "between -0.05 and 0.5, not 2"),
+        ("closing", "margin", 3.0, "between -0.05 and 0.5, not 3"),
+        ("contact", "friction", 50.0, "positive and at most 5, not 50"),
+        ("contact", "mass", 1000.0, "between 0 and 100, not 1000"),
+        ("contact", "displacement", (0.0, 0.0, 10.0), "between -1 and 1, not 10"),
+        ("limits", "gain_max", 1e9, r"between 1 and 100000, not 1e\+09"),
+        ("weights", "gain", 1e9, r"between 0 and 1e\+07, not 1e\+09"),
+        ("motion", "speed", 100.0, "positive and at most 5, not 100"),
+        ("gpis", "surface_noise", 5.0, "positive and at most 1, not 5"),
+        ("free_space", "reserve", 6.0, "between 0 and 0.5, not 6"),
+    ],
+)
+def test_a_number_that_its_quantity_cannot_have_is_refused_with_its_range(section, field, value, valid):
+    name = f"--{section}.{field}".replace("_", "-")
+    with pytest.raises(InputError, match=f"^{name} must be {valid}$"):
+        replace(getattr(Settings(), section), **{field: value})
+
+
+def test_every_number_of_the_settings_has_a_range():
+    for section in fields(Settings):
+        part = getattr(Settings(), section.name)
+        for field in fields(part) if isinstance(part, Checked) else ():
+            number = type(getattr(part, field.name)) in (int, float)
+            assert not number or type(part).interval(field.name), f"{section.name}.{field.name}"
+
+
+def test_the_ranges_of_masses_and_frictions_are_those_of_the_simulation():
+    for given, valid in (
+        ({"mass": 1000.0}, "positive and at most 100"),
+        ({"friction": 50.0}, "positive and at most 5"),
+    ):
+        with pytest.raises(InputError, match=valid):
+            SimulationSettings(**given)

@@ -299,7 +299,7 @@ BAD_FILES = {
     "millimetres": (lambda: points(1e3 * ellipsoid()), "--scale 0.001"),
     "tiny": (lambda: points(0.05 * ellipsoid()), "--scale"),
     "table above": (lambda: points(ellipsoid(), table_height=0.2), "is above 100% of the cloud"),
-    "table NaN": (lambda: points(ellipsoid(), table_height=NAN), "the table height must be a number"),
+    "table NaN": (lambda: points(ellipsoid(), table_height=NAN), "the table height must be a finite number"),
     "damaged ply": (lambda: text("ply\nhello", "bad.ply"), "bad.ply"),
 }
 BAD_VALUES = {

@@ -107,7 +107,7 @@ def test_directions_are_those_of_the_object_and_the_seed_and_the_same_in_every_t
 def test_without_a_plan_every_trial_has_failed(carried):
     def impossible(settings: Settings) -> Settings:
         few = replace(settings.solver, max_iterations=3)
-        return replace(settings, limits=replace(settings.limits, table_margin=10.0), solver=few)
+        return replace(settings, limits=replace(settings.limits, table_margin=0.5), solver=few)
 
     rows = errors.trial(SETUP, CAN, Condition("none", 2, impossible), ["1", "2"])
     assert [(r.ending, r.score, r.strict) for r in rows] == [(NO_PLAN, 0.0, 0.0)] * 14

@@ -181,6 +181,15 @@ def test_a_base_that_is_no_pose_is_refused(pose):
         with_base(load_arm("ur5"), pose)
 
 
+def test_a_base_whose_quaternion_has_four_digits_becomes_a_turn():
+    half = [0.7071, 0, 0, 0.7071]
+    base = with_base(load_arm("ur5"), [1, 2, 3, *half]).base
+    np.testing.assert_allclose(base, [1, 2, 3, np.sqrt(0.5), 0, 0, np.sqrt(0.5)], atol=1e-12)
+    assert with_base(load_arm("ur5"), base).base.tobytes() == base.tobytes()
+    with pytest.raises(InputError, match=r"the base of an arm must be x y z \[m\] and a unit quaternion"):
+        with_base(load_arm("ur5"), [1, 2, 3, 0.71, 0, 0, 0.71])
+
+
 def refusal(folder: Path) -> str:
     with pytest.raises(InputError) as error:
         load_arm(folder)
@@ -203,6 +212,22 @@ def refusal(folder: Path) -> str:
         ("[arm_link0_2, arm_link5_3]", "[arm_link0_2, nobody]", "unknown sphere in a pair 'nobody'"),
         ("  default:", "  all:", "mount: the key 'default' is missing"),
         ("base: {position: [-0.55, 0, 0]", "base: {position: [-0.55, 0]", "position of base must be 3 finite numbers"),
+        (
+            "default: {position: [0, 0, 0.095]",
+            "default: {position: [0, 0, 95]",
+            "position of mount of 'default' must be at most 1 m from 0, not 95; is it in metres?",
+        ),
+        ("radius: 0.0", "radius: 80.0", "must be at most 0.5 m, not 80"),
+        (
+            "pairs:",
+            "velocity: {" + ", ".join(f"panda_joint{i}: 150" for i in range(1, 8)) + "}\npairs:",
+            "velocity of joint 'panda_joint1' must be at most 40 rad/s, not 150; is it in rad/s? Degrees are π/180 rad",
+        ),
+        (
+            "pairs:",
+            "effort: {" + ", ".join(f"panda_joint{i}: 12000" for i in range(1, 8)) + "}\npairs:",
+            "effort of joint 'panda_joint1' must be at most 5000 N m, not 12000; is it in N m?",
+        ),
         ("base: {position", "base: {place", "unknown key in base 'place'"),
         ("name: panda", "title: panda", "unknown key in the file 'title'"),
         ("urdf/panda.urdf", "urdf/panda2.urdf", "is not there; is its package installed?"),

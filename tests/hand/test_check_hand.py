@@ -127,6 +127,17 @@ def test_a_mesh_that_is_damaged_is_wrong(tmp_path: Path):
     assert "git lfs pull" in wrong(folder)["links"]
 
 
+def test_a_sphere_beside_its_link_is_to_be_looked_at(tmp_path: Path):
+    mesh = '<link name="base"><visual><geometry><sphere radius="0.03"/></geometry></visual></link>'
+    folder = changed(tmp_path, "hand.urdf", ('<link name="base"/>', mesh))
+    palm = "palm: {link: base, centre: [0, 0, 0]"
+    changed(tmp_path, "hand.yaml", (palm, palm.replace("0, 0, 0", "0, 0, 0.08")))
+    told = finding(folder, "sphere 'palm'")
+    assert (told.verdict, told.found) == ("look", "20 mm beside the mesh of its link")
+    changed(tmp_path, "hand.yaml", ("0, 0, 0.08", "0, 0, 0.07"))
+    assert not [f for f in examine(folder).findings if f.check == "sphere 'palm'"]
+
+
 def test_fingers_that_are_named_in_another_order_than_they_stand_are_to_be_looked_at(tmp_path: Path):
     folder = Path(shutil.copytree(URDF / "dlr_hit_right", tmp_path / "hand"))
     text = (folder / "hand.yaml").read_text(encoding="utf-8")

@@ -83,7 +83,9 @@ def test_a_constraint_with_other_rows_in_numpy_is_refused():
 
 
 def test_a_constraint_without_values_is_refused():
-    with pytest.raises(InputError, match="constraint 'none' has no values"):
+    with pytest.raises(
+        InputError, match=r"constraint 'none' has no rows for the hand 'allegro_left', .*; leave it out for"
+    ):
         compared(constraints=(sgnlp.Constraint("none", lambda g, op: g.contacts[0:0, 2], upper=1.0),))
 
 

@@ -41,8 +41,8 @@ def test_an_argument_of_another_kind_is_refused_by_name_with_where_to_get_it(giv
         sgnlp.solve(**whole)
 
 
-def test_every_argument_of_solve_but_functions_has_a_kind():
-    names = sgnlp.solve.__annotations__.keys() - {"return", "kernel", "progress"}
+def test_every_argument_of_solve_but_the_kernel_has_a_kind():
+    names = sgnlp.solve.__annotations__.keys() - {"return", "kernel"}
     assert names == arguments.OF_SOLVE.keys()
 
 

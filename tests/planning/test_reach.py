@@ -3,8 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from scenes import CROWD, SMALL, impossible, observation, posed
 
+from sgnlp.base.errors import InputError
 from sgnlp.hand.arm_kinematics import wrist_pose
 from sgnlp.hand.hand import load_hand
 from sgnlp.planning.problem import Problem, build_problem
@@ -75,3 +77,10 @@ def test_an_arm_moves_with_a_cloud_that_lies_far_from_the_origin():
     assert np.linalg.norm(found.wrist[:3] - shift) < 0.4
     error = next(check for check in found.checks if check.name == "wrist").value
     assert np.linalg.norm(wrist_pose(hand.arm, found.arm[0])[:3] - found.wrist[:3]) < 0.05 + abs(error)
+
+
+def test_an_arm_that_stands_too_far_off_for_metres_is_refused_by_name():
+    with pytest.raises(
+        InputError, match=r"the base of the arm 'panda' is 550 m from the object, more than 10 m; is it"
+    ):
+        on_arm([-550, 0, 0])

@@ -1,5 +1,6 @@
 """The source of a result is found from any working folder, and after a move together with the result."""
 
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,6 +10,8 @@ import pytest
 from plans import small_plan
 
 from sgnlp.base.errors import InputError
+from sgnlp.cli import again
+from sgnlp.hand.hand import load_hand
 from sgnlp.planning import reopen, results
 from sgnlp.planning.grasps import Grasps
 
@@ -71,7 +74,8 @@ def test_a_whole_result_is_opened_from_its_folder_and_from_its_file(tmp_path):
     [
         ({"joint_names": lambda a: a[::-1]}, "joint_names must be those of the hand 'allegro_left', in its order"),
         ({"finger_names": lambda a: a[::-1]}, "finger_names must be those of the hand"),
-        ({"meta": lambda a: a | {"hand": "barrett"}}, "joint_names must be those of the hand 'barrett'"),
+        ({"meta": lambda a: a | {"hand_folder": "barrett"}}, "joint_names must be those of the hand 'barrett'"),
+        ({"tips_pregrasp": lambda a: a + 0.02}, "tips are 35 mm off those of the hand 'allegro_left'"),
         ({"gains": lambda a: a[:, :3]}, r"gains must have the shape \(\d, 4\) for the hand 'allegro_left', not"),
         ({"wrist": lambda a: a[:, :6]}, r"wrist must have the shape \(\d, 7\)"),
         ({"targets": lambda a: a[:0]}, r"targets must have the shape \(\d, 4, 3\)"),
@@ -112,3 +116,40 @@ def test_settings_of_a_wrong_type_are_refused_in_one_line(tmp_path, change):
         reopen.reopen(tmp_path)
     with pytest.raises(InputError, match="settings of the result cannot be read; solve it again"):
         reopen.settings(results.load_grasps(tmp_path).meta)
+
+
+def with_hand(folder: Path, name: str) -> Path:
+    """A saved result of the left Allegro hand, from a folder in which it has another name or the same."""
+    own = folder / "mine"
+    own.mkdir()
+    text = (load_hand("allegro_left").folder / "hand.yaml").read_text(encoding="utf-8")
+    (own / "hand.yaml").write_text(text.replace("name: allegro_left", f"name: {name}", 1), encoding="utf-8")
+    plan = small_plan()
+    replace(plan, problem=replace(plan.problem, hand=load_hand(own))).save(folder / "made")
+    return folder / "made"
+
+
+@pytest.mark.parametrize("name", ["claw", "allegro_left"])
+def test_the_hand_of_a_result_is_that_of_the_folder_it_was_solved_with_whatever_its_name(tmp_path, name):
+    made = with_hand(tmp_path, name)
+    grasps, hand = reopen.opened(made)
+    assert (hand.name, hand.folder) == (name, tmp_path / "mine")
+    assert f"--hand {tmp_path / 'mine'}" in again.command(grasps.meta, made)
+
+
+def test_a_hand_that_has_moved_is_asked_for_by_flag(tmp_path):
+    made = with_hand(tmp_path, "claw")
+    shutil.move(tmp_path / "mine", tmp_path / "moved")
+    with pytest.raises(InputError, match=r"the hand 'claw' is not in '.*mine' any more; name its folder with --hand$"):
+        reopen.opened(made)
+    assert reopen.opened(made, str(tmp_path / "moved"))[1].name == "claw"
+
+
+def test_a_hand_that_has_changed_since_is_told(tmp_path):
+    made = with_hand(tmp_path, "claw")
+    assert "has changed" not in reopen.reopen(made).missing
+    file = tmp_path / "mine" / "hand.yaml"
+    file.write_text(file.read_text("utf-8").replace("effort: 0.7", "effort: 0.6", 1), encoding="utf-8")
+    said = "mine', or its arm, has changed since it was solved"
+    assert said in reopen.reopen(made).missing
+    assert said in reopen.changed(*reopen.opened(made))

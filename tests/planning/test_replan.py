@@ -170,6 +170,16 @@ def test_a_touch_that_is_none_is_refused(plan, point, normal, said):
         replan(plan, touches=[Touch(point, normal)])
 
 
+def test_a_touch_whose_normal_points_into_the_object_is_told(plan):
+    point, normal = plan.best.contact_points[0], plan.best.grasp.normals[0]
+    slanted = normal + 1.5 * np.cross(normal, UP)
+    for outward in (normal, slanted):
+        assert replan(plan, touches=[Touch(point, outward)]).observation.notes == plan.observation.notes
+    (said,) = set(replan(plan, touches=[Touch(point, -normal)]).observation.notes) - set(plan.observation.notes)
+    assert f"The normal of the touch at {point.round(3).tolist()} m points into the object as it is known" in said
+    assert said.endswith("give it the other sign.")
+
+
 def test_a_touch_just_beside_the_seen_points_is_taken(plan):
     side = plan.problem.box.mean(axis=0)
     side[0] = plan.problem.box[0, 0] - REACH + BESIDE

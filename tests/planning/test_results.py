@@ -197,12 +197,34 @@ def test_a_summary_of_other_grasps_is_not_read(tmp_path):
     plan = small_plan()
     results.save(plan.arrays(), plan.summary(), tmp_path)
     assert results.load_summary(tmp_path, plan.arrays())["notes"] == list(plan.observation.notes)
-    other = replace(plan, seconds={"fit": 1.0, "solve": 2.0})
-    with pytest.raises(InputError, match="not the summary of the grasps"):
-        results.load_summary(tmp_path, other.arrays())
+    slower = replace(plan, seconds={"fit": 1.0, "solve": 2.0})
+    results.load_summary(tmp_path, slower.arrays())
+    for other in (replace(plan, seed=1), replace(plan, solutions=plan.solutions[:1])):
+        with pytest.raises(
+            InputError, match=r"summary\.json' is of another plan than the grasps\.npz .*; solve again with"
+        ):
+            results.load_summary(tmp_path, other.arrays())
     (tmp_path / results.SUMMARY).unlink()
     with pytest.raises(InputError, match="is missing"):
         results.load_summary(tmp_path, plan.arrays())
+
+
+def test_a_plan_is_known_by_its_arrays_and_by_what_it_was_for(grasps, tmp_path):
+    results.save(grasps, {}, tmp_path)
+    assert results.load_grasps(tmp_path).digest == grasps.digest
+    assert replace(grasps, solve_seconds=grasps.solve_seconds + 1).digest == grasps.digest
+    assert replace(grasps, energy=grasps.energy + 1e-9).digest != grasps.digest
+    for name in ("object", "input_digest", "hand", "settings", "seed", "starts", "tried"):
+        assert replace(grasps, meta=grasps.meta | {name: "another"}).digest != grasps.digest, name
+
+
+def test_a_new_result_takes_away_what_was_made_of_the_old_one(grasps, tmp_path):
+    made = ["simulation.json", "simulation-lift.png", "report.html", "report.md", "report/margins.svg", "history.npz"]
+    (tmp_path / "report").mkdir()
+    for name in (*made, "notes.txt", "report/notes.txt"):
+        (tmp_path / name).touch()
+    results.save(grasps, {}, tmp_path)
+    assert files(tmp_path) == sorted([results.GRASPS, results.SUMMARY, "notes.txt", "notes.txt", "report"])
 
 
 @pytest.mark.parametrize(

@@ -430,6 +430,18 @@ def test_a_result_without_a_feasible_grasp_has_no_trajectory_and_takes_the_old_o
         load_trajectory(tmp_path)
 
 
+def test_a_trajectory_of_another_plan_is_refused_beside_the_grasps_and_read_alone(tmp_path):
+    plan, file = small_plan(), tmp_path / "trajectory.npz"
+    plan.save(tmp_path)
+    replace(plan, seed=1).save(tmp_path / "other")
+    file.write_bytes((tmp_path / "other" / "trajectory.npz").read_bytes())
+    for path in (tmp_path, file):
+        with pytest.raises(InputError, match=r"trajectory\.npz' is of another plan than the grasps\.npz beside it"):
+            load_trajectory(path)
+    (tmp_path / "grasps.npz").unlink()
+    assert load_trajectory(file).meta["plan"] == replace(plan, seed=1).arrays().digest
+
+
 def test_what_is_no_trajectory_is_refused(tmp_path):
     file = tmp_path / "trajectory.npz"
     for content in (b"", b"PK\x05\x06" + 18 * b"\0"):  # no file, and an archive with nothing in it

@@ -1,11 +1,11 @@
 """The report of a result: its numbers, its cautions, its pages, and the command that makes it again."""
 
 import json
-import os
 import re
 import shlex
 import shutil
 from dataclasses import asdict, replace
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from scenes import ellipsoid
 pytest.importorskip("skimage")
 pytest.importorskip("matplotlib")
 
+from sgnlp.base.errors import InputError
 from sgnlp.base.presets import PRESETS, ROBUST, preset
 from sgnlp.cli import again, report, run
 from sgnlp.cli.flags import beginning
@@ -124,22 +125,39 @@ def test_the_history_has_the_iterations_of_every_start(folder, result):
     assert [panel.log for panel in panels] == [False, True] * 2
 
 
-def test_a_simulation_is_told_if_it_is_of_this_plan(folder):
+def test_a_simulation_is_told_with_the_pictures_that_were_drawn_of_it(folder, result):
     closing = {"shift_before_contact": 0.0021, "shift_error": None}
     lift = {"rise": 0.0495, "slip": [0.001, 0.0042]}
     grasp = {"rank": 0, "ending": "held", "score": 1.0, "score_strict": 1.0, "closing": closing, "lift": lift}
     grasp["pushes"] = [{"held": True}] * 5 + [{"held": False}]
-    told = {"object": "egg.npz", "settings": {"mass": 0.1, "friction": 1.0}, "grasps": [grasp]}
+    told = {
+        "object": "egg.npz",
+        "settings": {"mass": 0.1, "friction": 1.0},
+        "grasps": [grasp],
+        "plan": result.grasps.digest,
+    }
     file = folder / "simulation.json"
     file.write_text(json.dumps(told), encoding="utf-8")
-    section = report._simulated(folder)
+    section = report._simulated(folder, result.grasps)
     assert section.sheets[0].rows[1] == ("0", "held", "1", "1", "49.5", "4.2", "5/6", "2.1", "")
     assert "on the true object of egg.npz, 0.1 kg" in section.sentences[0]
     file.write_text(json.dumps(told | {"estimated": True}), encoding="utf-8")
-    assert "on the estimated surface of egg.npz, 0.1 kg" in report._simulated(folder).sentences[0]
-    os.utime(file, (0, 0))
-    assert report._simulated(folder) is None
+    assert "on the estimated surface of egg.npz, 0.1 kg" in report._simulated(folder, result.grasps).sentences[0]
+    picture = folder / "simulation-lift.png"
+    picture.write_bytes(b"drawn")
+    assert not report._simulated(folder, result.grasps).figures
+    drawn = {"simulation-lift.png": sha256(b"drawn").hexdigest()}
+    file.write_text(json.dumps(told | {"pictures": drawn}), encoding="utf-8")
+    assert len(report._simulated(folder, result.grasps).figures) == 1
+    file.write_text("[]", encoding="utf-8")
+    with pytest.raises(InputError, match=r"simulation\.json' is of another plan"):
+        report._simulated(folder, result.grasps)
+    file.write_text("{", encoding="utf-8")
+    with pytest.raises(InputError, match=r"no outcome of sgnlp simulate; delete it, or simulate again"):
+        report._simulated(folder, result.grasps)
+    picture.unlink()
     file.unlink()
+    assert report._simulated(folder, result.grasps) is None
 
 
 def test_wrist_and_joints_of_every_shown_grasp_are_those_of_the_result(folder, result):
@@ -222,6 +240,22 @@ def test_a_damaged_history_is_refused_in_one_line(folder, tmp_path, capfd, damag
     assert "history.npz' " in said
     assert said.endswith("; delete it, or solve again\n")
     assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize("name", ["history.npz", "summary.json", "simulation.json"])
+def test_a_file_of_another_plan_is_refused_and_told_what_to_do(folder, tmp_path, capfd, name):
+    copy, other = (shutil.copytree(folder, tmp_path / name) for name in ("egg", "other"))
+    grasps, summary = reopen.load_grasps(other), json.loads((other / "summary.json").read_text(encoding="utf-8"))
+    found = replace(grasps, meta=grasps.meta | {"seed": 1})
+    with np.load(other / "history.npz") as data:
+        histories = dict(data)
+    results.save(found, summary | {"plan": found.digest}, other, histories)
+    results.write_text(other / "simulation.json", json.dumps({"plan": found.digest}))
+    shutil.copy(other / name, copy / name)
+    assert run(["report", str(copy)]) == 3
+    said = capfd.readouterr().err
+    assert f"{name}' is of another plan than the grasps.npz beside it" in said
+    assert said.endswith("solve again with an --out of its own, or take the file away\n")
 
 
 @pytest.mark.parametrize("words", [["report"], ["view", "--html", "page.html"]])

@@ -19,7 +19,7 @@ from std_srvs.srv import Trigger
 
 import sgnlp
 from sgnlp.control import Controller, Law, command
-from sgnlp.control.command import check_unit
+from sgnlp.hand.model import check_unit
 
 
 class GraspNode(Node):

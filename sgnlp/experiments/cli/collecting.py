@@ -13,6 +13,7 @@ from sgnlp.cli.progress import Bar
 from sgnlp.experiments.studies.study import Case, collect
 from sgnlp.perception.observation import Observation
 from sgnlp.planning import results
+from sgnlp.planning.made import resumed
 from sgnlp.planning.workers import Workers
 
 MADE = "made.json"
@@ -31,7 +32,7 @@ class Collecting(Tabling, Starting):
         Raises `InputError` if the folder has rows of other settings or clouds, or of another kind.
         """
         inputs = {observation.name: observation.digest for observation in observations}
-        how = results.resumed(folder / MADE, made(study=facts, inputs=inputs))
+        how = resumed(folder / MADE, made(study=facts, inputs=inputs))
         results.read_rows(folder / ROWS, row)
         results.write_text(folder / MADE, results.json_text(how))
 

@@ -6,10 +6,9 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sgnlp.base.arrays import Array
+from sgnlp.base.arrays import Array, floats, integers
 from sgnlp.base.checked import POSITIVE, Checked, NotNegative, Positive
 from sgnlp.base.errors import InputError
-from sgnlp.perception import clouds
 from sgnlp.perception.cleaning import UNITS
 from sgnlp.perception.observation import DEFAULTS
 from sgnlp.perception.synthetic.cameras import DepthCamera, miscalibrated, view
@@ -100,8 +99,8 @@ def body(vertices: ArrayLike, faces: ArrayLike, scale: float = 1.0) -> tuple[Mes
 def _triangles(vertices: ArrayLike, faces: ArrayLike) -> Mesh:
     """The mesh, checked: its faces refer to existing, finite vertices that are not too far away for single
     precision."""
-    corners = clouds.floats(vertices, "mesh_vertices", (None, 3))
-    triangles = clouds.integers(faces, "mesh_faces", (None, 3))
+    corners = floats(vertices, "mesh_vertices", (None, 3))
+    triangles = integers(faces, "mesh_faces", (None, 3))
     outside = (triangles < 0) | (triangles >= len(corners))
     if outside.any():
         where = f"'mesh_faces' must lie in 0..{len(corners) - 1}, the rows of 'mesh_vertices'"

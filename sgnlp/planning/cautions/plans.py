@@ -8,7 +8,6 @@ from scipy.spatial import QhullError, cKDTree
 
 from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.base.settings import Settings
-from sgnlp.planning.additions import is_own
 from sgnlp.planning.cautions.measures import outside
 from sgnlp.planning.cautions.planned import Planned
 from sgnlp.planning.kkt import SOLVED_FACTOR
@@ -16,6 +15,7 @@ from sgnlp.planning.recompute import recompute
 from sgnlp.planning.solution import torque_share
 from sgnlp.planning.starts import starts
 from sgnlp.planning.widening import narrow
+from sgnlp.program.constraint import is_own
 from sgnlp.program.constraints import preset_constraints
 from sgnlp.program.terms import preset_terms
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from sgnlp.base.checked import typed
 from sgnlp.base.errors import InputError
 from sgnlp.planning import results
 from sgnlp.planning.archive import read_archive
@@ -34,17 +35,22 @@ def contents(made: Trajectory, grasps: Grasps) -> dict[str, bytes]:
     return dict(zip(results.MOTION, found, strict=True))
 
 
+@typed
 def load_trajectory(path: str | Path) -> Trajectory:
     """Read the trajectory of a result folder, or of its `trajectory.npz`.
 
     Raises:
-        InputError: there is no such file, or it is damaged. A result without a feasible grasp has none.
+        InputError: there is no such file, it is damaged, or of another plan than the grasps beside it. A result without
+            a feasible grasp has none.
     """
     file = Path(path)
     file = file / results.MOTION[0] if file.is_dir() else file
     if not file.is_file():
         raise InputError(f"no trajectory at '{path}': a result with a feasible grasp has {results.MOTION[0]}")
-    return read_archive(file, "a trajectory of sgnlp", _trajectory)
+    found = read_archive(file, "a trajectory of sgnlp", _trajectory)
+    if (file.parent / results.GRASPS).is_file():
+        results.check_plan(file, found.meta.get("plan"), results.load_grasps(file.parent))
+    return found
 
 
 def _trajectory(data: Mapping[str, Any]) -> Trajectory:

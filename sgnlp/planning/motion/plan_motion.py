@@ -37,7 +37,13 @@ def trajectory(problem: Problem, grasps: Grasps, points: Array, rank: int = 0) -
         arm_joint_names=grasps.arm_joint_names,
         finger_names=grasps.finger_names,
         checks=(*_clear(problem, made, grasps.joints_contact[rank], load), *_followed(problem, made)),
-        meta=meta | {"rank": rank, "start": int(grasps.start[rank]), "frame": problem.settings.motion.frame},
+        meta=meta
+        | {
+            "plan": grasps.digest,
+            "rank": rank,
+            "start": int(grasps.start[rank]),
+            "frame": problem.settings.motion.frame,
+        },
     )
 
 

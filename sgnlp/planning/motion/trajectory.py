@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from sgnlp.base.arrays import Array, IntArray, StrArray
+from sgnlp.base.checked import Typed
 from sgnlp.program.constraint import Check
 
 APPROACH, CLOSE, SQUEEZE, LIFT = PHASES = ("approach", "close", "squeeze", "lift")
@@ -16,8 +17,10 @@ BETWEEN = ": "
 
 
 @dataclass(frozen=True, eq=False)
-class Trajectory:
+class Trajectory(Typed):
     """T samples of a hand with n joints and m fingers, on an arm with a joints or none (a = 0), in the world frame."""
+
+    called = "a trajectory"
 
     times: Array  # (T,) [s], from 0
     phase: StrArray  # (T,), of `PHASES`
@@ -30,7 +33,7 @@ class Trajectory:
     arm_joint_names: StrArray  # (a,)
     finger_names: StrArray  # (m,)
     checks: tuple[Check, ...]
-    meta: dict[str, Any]  # object, hand, digest of the cloud, rank and start of the grasp, name of the frame
+    meta: dict[str, Any]  # object, hand, digests of cloud and plan, rank and start of the grasp, name of the frame
 
     def __len__(self) -> int:
         return len(self.times)

@@ -6,6 +6,7 @@ from typing import Any, Literal, get_args
 import casadi as ca
 
 from sgnlp.base import settings
+from sgnlp.base.checked import require_fields
 from sgnlp.base.errors import InputError
 from sgnlp.planning.solvers.casadi_call import CasadiSolver
 from sgnlp.planning.solvers.solver import Entry, NlpInstance
@@ -44,7 +45,8 @@ class Ipopt(CasadiSolver):
 
     def __post_init__(self) -> None:
         """Raise `InputError` naming the first option whose value is not valid."""
-        if self.hessian not in get_args(HESSIANS):
+        require_fields(self, "Ipopt", ("warm_start",))
+        if not isinstance(self.hessian, str) or self.hessian not in get_args(HESSIANS):
             raise InputError(f"the Hessian of Ipopt is one of {', '.join(get_args(HESSIANS))}, not {self.hessian!r}")
         given = {name: getattr(self, name) for name in OF_SETTINGS if getattr(self, name) is not None}
         replace(settings.Solver(), **given)

@@ -12,7 +12,8 @@ import numpy as np
 
 from sgnlp.base import settings
 from sgnlp.base.arrays import Array
-from sgnlp.base.errors import SolverError
+from sgnlp.base.checked import Typed, require, require_fields
+from sgnlp.base.errors import InputError, SolverError
 from sgnlp.program.oracle import Functions
 
 Bounds = tuple[Array, Array]
@@ -27,7 +28,7 @@ class Refusal(SolverError):
 
 
 @dataclass(frozen=True, eq=False)
-class NlpInstance:
+class NlpInstance(Typed):
     """A nonlinear program in scaled variables and rows, with its numbers and stopping criteria.
 
     min f(x, p)   subject to   g_low ≤ g(x, p) ≤ g_high,  x_low ≤ x ≤ x_high
@@ -35,6 +36,8 @@ class NlpInstance:
     with nx variables and ng rows. `functions` are CasADi functions of (x, p); the methods evaluate them in NumPy at
     this `p`.
     """
+
+    called = "a program"
 
     functions: Functions
     p: Array
@@ -86,6 +89,10 @@ class Answer:
     lowest: float = nan
     way: Mapping[str, Any] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        """Also that what is told beside x and multipliers is of its kind; these two are checked where they fit."""
+        require_fields(self, "an answer", ("status", "iterations", "calls", "seconds", "lowest", "way"))
+
 
 @dataclass(frozen=True)
 class Solver:
@@ -93,6 +100,12 @@ class Solver:
 
     tolerance: float | None = None
     """convergence tolerance; that of the settings if None"""
+
+    def __post_init__(self) -> None:
+        """Also that the tolerance is one."""
+        require("the tolerance of a solver", self.tolerance, float | None)
+        if self.tolerance is not None and not self.tolerance > 0:
+            raise InputError(f"the tolerance of a solver must be positive, not {self.tolerance:g}")
 
     @property
     def name(self) -> str:
