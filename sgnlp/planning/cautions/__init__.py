@@ -15,6 +15,7 @@ OfPlan = Callable[[Planned], str]
 OF_CLOUDS: tuple[OfCloud, ...] = (
     clouds.bodies,
     clouds.plane,
+    clouds.table_around,
     clouds.camera_frame,
     clouds.underside,
     clouds.in_the_air,
