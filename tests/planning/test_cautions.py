@@ -121,6 +121,16 @@ def test_a_patch_of_the_table_beside_the_object_is_counted_once_and_its_foot_is_
     assert said(result, np.vstack([CAN, wide]), table) == {"plane"}  # told once
 
 
+def test_a_view_that_is_shifted_against_another_is_told_and_views_that_fit_are_not(result):
+    cloud = sgnlp.load(PROBLEMS / "can_1.npz", views=["0", "1"])
+    assert clouds.views_apart(cloud, result) == ""
+    for number in (0, 1):
+        shifted = cloud.points + np.where(cloud.view[:, None] == number, [0.0, 0.0, 0.02], 0.0)
+        told = clouds.views_apart(replace(cloud, points=shifted), result)
+        assert "of one view's points lie more than 12 mm before what another view measured" in told
+    assert clouds.views_apart(replace(cloud, points=shifted, camera_positions=None), result) == ""
+
+
 def test_one_body_on_its_table_gives_no_caution(result):
     assert said(result, CAN) == set()
     assert said(result, CAN, table=None) == set()

@@ -23,6 +23,7 @@ OF_CLOUDS: tuple[OfCloud, ...] = (
     clouds.thin,
     clouds.few_points,
     clouds.cameras,
+    clouds.views_apart,
     clouds.thin_walls,
 )
 OF_PLANS: tuple[OfPlan, ...] = (

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import QhullError, cKDTree
 
 from sgnlp.perception.cleaning import coordinate_steps
-from sgnlp.perception.free_space import doubt
+from sgnlp.perception.free_space import doubt, in_front
 from sgnlp.perception.observation import Observation
 from sgnlp.planning.cautions.measures import body_shares, bulge, largest_plane, outside, sample, seen_sides
 from sgnlp.planning.cautions.planned import Planned
@@ -41,6 +41,9 @@ STEP = 0.002
 """Coordinates rounded to steps above this [m] are as inexact as the tolerance of a contact."""
 UNSEEN_ERROR_MM = 4.5
 """Mean error of the surface on the side that one camera does not see (`results/calibration`)."""
+APART, APART_SHARE = 0.012, 0.05
+"""Views do not fit each other if more than this share of one's points lie this far [m] before the surface that another
+one measured. On the problem set at most 0.025 do; with a view shifted by 2 cm more than this share on 77 of 98."""
 WALL_NOISES = 2.0
 """Walls thinner than this many deviations of a measured point cannot be distinguished from a single surface."""
 WALL_SHARE = 0.1
@@ -164,6 +167,15 @@ def cameras(cloud: Observation, result: Planned) -> str:
     """Cameras that cannot have stood at their given positions; with free space the fit has checked them already."""
     why = "" if result.grasps.meta.get("free_space") else doubt(cameras_of(cloud))
     return f"The camera positions are wrong: {why}. What the cameras saw through is not used." if why else ""
+
+
+def views_apart(cloud: Observation, result: Planned) -> str:
+    """A view that is shifted against another one, by a wrong pose."""
+    if cloud.camera_positions is None or doubt(cameras_of(cloud)):
+        return ""
+    share = in_front(cloud.points, cloud.view, cloud.camera_positions, APART)
+    before = f"{share:.0%} of one view's points lie more than {1e3 * APART:.0f} mm before what another view measured"
+    return f"{before}: the surface is doubled; look at the cameras' poses." if share > APART_SHARE else ""
 
 
 def thin_walls(cloud: Observation, result: Planned) -> str:
