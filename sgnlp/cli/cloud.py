@@ -34,7 +34,8 @@ class Cloud(Checked):
     """value of the object's pixels in masks of labels: one for all masks, or one for each"""
     cameras: tuple[Path, ...] = ()
     """a JSON or YAML file for each depth image: K, the 9 intrinsics in pixels, and pose, the 16 numbers of the matrix
-    from camera to world (not needed for one image without a mask); or a file of Open3D, ROS, RealSense or BOP"""
+    from camera to world (not needed for one image without a mask); or a file of Open3D, OpenCV, ROS, RealSense or
+    BOP"""
     unit: Annotated[float | None, POSITIVE] = None
     """unit of the depths or coordinates in metres: 0.001 for millimetres, 1 for metres; if not given, 0.001 for depths
     and 1 for clouds"""

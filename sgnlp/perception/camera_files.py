@@ -1,6 +1,7 @@
-"""Files of calibrated cameras, as JSON or YAML: our own, and those of Open3D, ROS, RealSense and BOP."""
+"""Files of calibrated cameras, as JSON or YAML: our own, and those of Open3D, OpenCV, ROS, RealSense and BOP."""
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,18 +16,35 @@ from sgnlp.base.yaml_nodes import Loader
 
 YAML_SUFFIXES = (".yaml", ".yml")
 MILLIMETRE = 0.001  # [m] the unit of BOP's translations, and of its depth_scale
-MATRICES = ("K", "k", "camera_matrix", "cam_K", "intrinsics", "intrinsic")
+MATRICES = ("K", "k", "camera_matrix", "Camera_Matrix", "cameraMatrix", "cam_K", "intrinsics", "intrinsic")
 """Keys of the nine numbers of K."""
+SIZES = (("width", "height"), ("image_width", "image_height"), ("image_Width", "image_Height"))
+"""Keys of an image's size."""
 DISTORTION = (
     *("d", "D", "distortion_coefficients", "distortion_coeffs", "distCoeffs", "dist_coeffs", "coeffs", "distortion"),
-    "distortion_parameters",
+    *("distortion_parameters", "Distortion_Coefficients"),
     *("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2"),
 )
 """Keys of the lens's distortion, in one list or one by one."""
 KNOWN = (
-    "K and pose, Open3D's (intrinsic, extrinsic), ROS's CameraInfo (k or K, d or D) with a pose, "
-    "RealSense's (fx, fy, ppx, ppy) with a pose, or BOP's (cam_K, cam_R_w2c, cam_t_w2c)"
+    "K and pose, Open3D's (intrinsic, extrinsic), OpenCV's camera_matrix or ROS's CameraInfo (k or K, d or D) with a "
+    "pose, RealSense's (fx, fy, ppx, ppy) with a pose, or BOP's (cam_K, cam_R_w2c, cam_t_w2c)"
 )
+OPENCV_VERSION = re.compile(r"\A%YAML:[\d.]+[^\n]*")
+"""First line of OpenCV's YAML files. The standard has a blank for the colon, and readers refuse the line."""
+OPENCV_MATRIX = "tag:yaml.org,2002:opencv-matrix"
+"""Tag of matrices in OpenCV's YAML files: rows, cols, dt (the type of the numbers) and data."""
+
+
+class _CameraLoader(Loader):
+    """The safe loader, which also reads OpenCV's matrices: as mappings of rows, cols, dt and data."""
+
+    def matrix(self, node: yaml.Node) -> dict[Any, Any]:
+        """The mapping that the tag stands before."""
+        return self.construct_mapping(node, deep=True)
+
+
+_CameraLoader.add_constructor(OPENCV_MATRIX, _CameraLoader.matrix)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +65,8 @@ def read(path: Path, image: str, posed: bool = True) -> Camera:
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
+        if text.lstrip().startswith("<"):
+            raise InputError("is XML; save it as YAML (OpenCV writes that into a file that ends in .yml) or as JSON")
         loaded = _yaml(text) if path.suffix.lower() in YAML_SUFFIXES else _json(text)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}") from error
@@ -69,8 +89,8 @@ def read(path: Path, image: str, posed: bool = True) -> Camera:
 
 
 def _yaml(text: str) -> Any:
-    """The first document."""
-    return next(yaml.load_all(text, Loader), None)
+    """The first document; that of OpenCV, too."""
+    return next(yaml.load_all(OPENCV_VERSION.sub("", text), _CameraLoader), None)
 
 
 def _json(text: str) -> Any:
@@ -89,11 +109,15 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def _numbers(found: Mapping[str, Any], key: str, count: int | None) -> Array:
     """All numbers of an array one after the other, which may be written as rows, cols and data."""
     value = found[key]
-    value = value["data"] if isinstance(value, Mapping) and "data" in value else value
+    value, matrix = (value["data"], value) if isinstance(value, Mapping) and "data" in value else (value, {})
     try:
-        return floats(np.ravel(value), key, (count,))
+        numbers = floats(np.ravel(value), key, (count,))
     except ValueError as error:
         raise InputError(f"'{key}' must be an array of real numbers; its rows differ in length") from error
+    rows, columns = matrix.get("rows"), matrix.get("cols")
+    if isinstance(rows, int) and isinstance(columns, int) and rows * columns != len(numbers):
+        raise InputError(f"'{key}' must have rows x cols numbers, {rows} x {columns}; found {len(numbers)}")
+    return numbers
 
 
 def _one(found: dict[str, Any], image: str) -> dict[str, Any]:
@@ -186,13 +210,18 @@ def _undistorted(found: Mapping[str, Any]) -> None:
             if not (coefficients == 0).all():
                 raise InputError(
                     f"the lens distortion '{key}' is not zero, but images must be rectified: rectify them, or if they "
-                    "are, give the K of rectified images (of ROS the first three columns of p) and leave it out"
+                    "are, give the K of rectified images (of ROS the first three columns of p; cv2.undistort keeps K) "
+                    "and leave it out"
                 )
 
 
 def _size(found: Mapping[str, Any]) -> tuple[float, float] | None:
-    for names in (("width", "height"), ("image_width", "image_height")):
-        if all(name in found for name in names):
+    """Width and height [px] of the images; raises `InputError` if one of the two is missing."""
+    for names in SIZES:
+        there = [name for name in names if name in found]
+        if len(there) == 1:
+            raise InputError(f"has '{there[0]}' alone; give both '{names[0]}' and '{names[1]}', or neither")
+        if there:
             width, height = (float(_numbers(found, name, 1)[0]) for name in names)
             return width, height
     return None

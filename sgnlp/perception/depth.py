@@ -17,14 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 from sgnlp.base.arrays import Array, BoolArray, floats
 from sgnlp.base.checked import require_fields, typed
 from sgnlp.base.errors import InputError
-from sgnlp.perception import depth_checks, free_space, level, masks
+from sgnlp.perception import depth_checks, free_space, level, mask_checks, masks
 from sgnlp.perception.clouds import checked_pose
 from sgnlp.perception.observation import DEFAULTS, Observation, ObservationSettings, observe
 
-TABLE_REACH = 0.1
-"""The table is looked for this far around the object's cloud [m]."""
-TABLE_PIXELS = 100
-"""Fewest pixels of a table."""
 TABLE_DIGITS = 4
 """Decimals of the height [m] that pixels give a table."""
 
@@ -148,9 +144,9 @@ def arrays(images: Sequence[DepthImage], table_height: float | None = None) -> d
     """`points` (N, 3), `view` (N,), `camera_positions` (V, 3), `table_height` (if it is known), `notes`, and what the
     cameras saw around and behind the object, `background` (B, 3) and `background_view` (B,).
 
-    If the table's height is not given, it is the median height of the other points within `TABLE_REACH` of the box of
-    the object's points, seen from above. Raises `InputError` if the table in an image is far from level, or if no
-    camera measures such depths.
+    If the table's height is not given, it is the median height of the other points near the box of the object's points,
+    seen from above. Raises `InputError` if the table in an image is far from level, if no camera measures such depths,
+    or if two masks are swapped.
     """
     if not images:
         raise InputError("no depth image is given")
@@ -160,7 +156,10 @@ def arrays(images: Sequence[DepthImage], table_height: float | None = None) -> d
             if getattr(image, part) is None:
                 raise InputError(f"the image '{name}' has no {part}; sgnlp.segment finds the objects without it")
     seen = [_seen(image, name) for image, name in zip(images, names, strict=True)]
-    objects, rest = [one[0] for one in seen], [one[1] for one in seen]
+    mask_checks.swapped(
+        [one.world for one in seen], [np.asarray(image.mask) for image in images], [one.table for one in seen], names
+    )
+    objects, rest = [one.points for one in seen], [one.rest for one in seen]
     positions = np.stack([np.asarray(image.pose)[:3, 3] for image in images])
     behind = [free_space.background(*one) for one in zip(positions, objects, rest, strict=True)]
     found: dict[str, Any] = {
@@ -178,16 +177,27 @@ def arrays(images: Sequence[DepthImage], table_height: float | None = None) -> d
             f"Measured the table at {measured:.4f} m, the median height of {count} pixels around the object."
         )
     for name, one in zip(names, seen, strict=True):
-        for note in one[2]:
-            common = all(note in other[2] for other in seen)
+        for note in one.notes:
+            common = all(note in other.notes for other in seen)
             found["notes"] += [] if note in found["notes"] else [note if common else f"{name}: {note}"]
     heights = [_table(cloud, other)[0] for cloud, other in zip(objects, rest, strict=True)]
     found["notes"] += depth_checks.places(positions, objects, heights, table_height)
     return found if table_height is None else found | {"table_height": table_height}
 
 
-def _seen(image: DepthImage, name: str) -> tuple[Array, Array, list[str]]:
-    """The object's points (n, 3) in an image, all other points (m, 3), and notes."""
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """What an image shows."""
+
+    points: Array  # (n, 3) of the object
+    rest: Array  # (m, 3) all others
+    world: Array  # (height, width, 3) of every pixel
+    table: float  # the share of the marked pixels that lies on the table
+    notes: tuple[str, ...]
+
+
+def _seen(image: DepthImage, name: str) -> _Seen:
+    """The object in an image, what is around it, and notes."""
     world, depth, mask = image.points(), np.asarray(image.depth), np.asarray(image.mask)
     measured = np.isfinite(world[..., 2])
     marked = mask & measured
@@ -214,13 +224,15 @@ def _seen(image: DepthImage, name: str) -> tuple[Array, Array, list[str]]:
         notes += level.check(world[near], np.asarray(image.pose))
     except InputError as error:
         raise InputError(" ".join([f"image '{name}': {error}.", *hints]).rstrip(".")) from error
-    return world[marked & ~far], world[others], notes
+    mask_of = mask_checks.without_table(world, marked & ~far)
+    told = [*mask_of.notes, *mask_checks.left_out(world, depth * image.unit, marked & ~far)]
+    rest = world[others | (marked & ~far & ~mask_of.kept)]
+    return _Seen(world[mask_of.kept], rest, world, mask_of.table, (*notes, *told))
 
 
 def _table(cloud: Array, rest: Array) -> tuple[float | None, int]:
     """The median height [m] of the pixels around a cloud, None if they are too few; and their number."""
-    low, high = cloud[:, :2].min(axis=0) - TABLE_REACH, cloud[:, :2].max(axis=0) + TABLE_REACH
-    around = rest[((rest[:, :2] > low) & (rest[:, :2] < high)).all(axis=1), 2]
-    if len(around) < TABLE_PIXELS:
-        return None, len(around)
+    around = mask_checks.heights_around(cloud, rest)
+    if around is None:
+        return None, 0
     return round(float(np.median(around)), TABLE_DIGITS) + 0.0, len(around)  # never -0

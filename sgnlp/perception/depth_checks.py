@@ -33,8 +33,8 @@ MAX_UNMEASURED = 0.5
 """Largest share of the mask's pixels without depth; in simulated images steep sides lose up to 0.21."""
 MAX_ORIGIN = 10.0
 """[m] Largest distance of a camera from the world's origin; a pose in mm is farther."""
-MAX_BELOW = 0.1
-"""[m] A table deeper below the world's origin gives a note."""
+MAX_BELOW, MAX_ABOVE = 0.1, 2.0
+"""[m] A table deeper below the world's origin, or higher above it, gives a note: the highest benches are 1.2 m high."""
 MAX_DISAGREEMENT = 0.02
 """[m] Largest difference between heights of the table; 3 deg of tilt make 10 mm over 0.2 m."""
 MAX_GAP = 0.05
@@ -156,6 +156,11 @@ def places(cameras: Array, clouds: Sequence[Array], tables: Sequence[float | Non
         notes.append(
             f"The table was measured at {min(measured):.3f} m, more than {MAX_BELOW:g} m below the world's origin: "
             "if the origin is not above the table, look at --unit and at the pose."
+        )
+    if measured and max(measured) > MAX_ABOVE:
+        notes.append(
+            f"The table was measured at {max(measured):.1f} m, more than {MAX_ABOVE:g} m above the world's origin: "
+            "if the origin is not so far below, look at the pose, which must be in metres."
         )
     if table is not None and measured and max(abs(height - table) for height in measured) > MAX_DISAGREEMENT:
         heights = ", ".join(f"{height:.3f}" for height in measured)

@@ -179,6 +179,24 @@ def doubt(sights: Sequence[Sight]) -> str:
     return ""
 
 
+def in_front(points: Array, view: IntArray, positions: Array, by: float) -> float:
+    """The largest share of one camera's points that lie before the surface that another one measured, by `by` [m].
+
+    Points (n, 3) are of the cameras (n,) at positions (V, 3). Only the cells where the other measured the object count.
+    """
+    clouds = [points[view == number] for number in range(len(positions))]
+    largest = 0.0
+    for position, own in zip(positions, clouds, strict=True):
+        seen = sight(position, own) if len(own) >= FEW else None
+        for others in clouds:
+            if seen is not None and others is not own and len(others) >= FEW:
+                cell, ahead, inside = seen.image.place(others)
+                depth = seen.depth[cell[inside, 0], cell[inside, 1]]
+                before = (ahead[inside] < depth - by) & np.isfinite(depth)
+                largest = max(largest, float(before.sum() / len(others)))
+    return largest
+
+
 def _hidden_share(image: Image, nearest: Array, points: Array) -> float:
     """Share of a camera's points (n, 3) that lie behind another in the same cell."""
     cell, ahead, _ = image.place(points)

@@ -215,7 +215,7 @@ def observe(
     clean.drop_outliers()
     check_shape(clean.points, settings, table_height)
     positions = None if cameras.positions is None else moved(cameras.positions[kept] * scale, place)
-    check_cameras(positions, clean.points, table)
+    clean.notes += check_cameras(positions, clean.points, table)
     around = cameras.background(background, background_view)
     mesh = None if mesh_vertices is mesh_faces is None else clouds.mesh(mesh_vertices, mesh_faces)
     in_the_way = clouds.obstacles(obstacle_points, obstacle)

@@ -5,8 +5,13 @@ from scipy.spatial import cKDTree
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
-from sgnlp.perception.depth_checks import NEAREST
+from sgnlp.perception import depth_checks
+from sgnlp.perception.depth_checks import FARTHEST, NEAR, NEAREST
 from sgnlp.perception.shape import FAR
+
+LOWEST = 0.01
+"""[m] Least height of a camera above the table: half of the smallest edge of common housings, 20 mm of a RealSense
+D415."""
 
 SAME, MOST_SAME = 1e-4, 0.5
 """A point is there twice if another one is this near [m]. Obstacles that have more than this share of the object's
@@ -14,10 +19,13 @@ points are the scene from which the object was not cut out."""
 FRAME = "must be in the unit and frame of the points"
 
 
-def check_cameras(positions: Array | None, points: Array, table: float) -> None:
-    """Raise `InputError` for cameras (V, 3) below the table, in the cloud (n, 3), or too far from it, all in metres."""
+def check_cameras(positions: Array | None, points: Array, table: float) -> list[str]:
+    """Notes on cameras (V, 3) that are unusually near to the cloud (n, 3) or far from it, all in metres.
+
+    Raises `InputError` for cameras below the table or on it, in the cloud, or farther than depth cameras measure.
+    """
     if positions is None:
-        return
+        return []
     lowest = float(positions[:, 2].min())
     if lowest < table:
         raise InputError(
@@ -30,10 +38,26 @@ def check_cameras(positions: Array | None, points: Array, table: float) -> None:
             f"a camera is {1e3 * away.min():.0f} mm from the cloud, nearer than {1e3 * NEAREST:.0f} mm: "
             f"'camera_positions' {FRAME}; leave them out if they are not known"
         )
-    if away.max() > FAR:
+    if lowest < table + LOWEST:
         raise InputError(
-            f"a camera is {away.max():.0f} m from the cloud, more than {FAR:g} m: 'camera_positions' {FRAME}"
+            f"a camera is {1e3 * (lowest - table):.1f} mm above the table, less than the {1e3 * LOWEST:.0f} mm of "
+            f"its housing: 'camera_positions' {FRAME}; leave them out if they are not known"
         )
+    if away.max() > FARTHEST:
+        raise InputError(
+            f"a camera is {away.max():.1f} m from the cloud, more than the {FARTHEST:g} m that depth cameras measure: "
+            f"'camera_positions' {FRAME}; leave them out if they are not known"
+        )
+    odd = away[(away < NEAR) | (away > depth_checks.FAR)]
+    return [_distance(odd[0])] if len(odd) else []
+
+
+def _distance(away: float) -> str:
+    """A note on a camera at this distance [m] from the cloud."""
+    return (
+        f"A camera is {away:.2g} m from the cloud, not {NEAR:g} to {depth_checks.FAR:g} m as usual: look at the unit "
+        "of 'camera_positions'."
+    )
 
 
 def check_obstacles(obstacles: Array | None, points: Array) -> None:

@@ -1,5 +1,6 @@
 """Reads points from the lines of a text: finds separator, decimal mark and columns, and notes dropped lines."""
 
+import itertools
 import re
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -9,9 +10,10 @@ import numpy as np
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
+from sgnlp.perception import text_headings
+from sgnlp.perception.text_headings import COORDINATES
 
 COMMENTS = ("#", "//", "%", "!")
-COORDINATES = ("x", "y", "z")
 MAX_BROKEN_SHARE = 0.2
 """Largest share of the lines with fewer or more numbers than the others; above it the file is broken."""
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
@@ -35,14 +37,16 @@ def points(content: bytes, columns: Sequence[str] = ()) -> Text:
     """The points in the lines of a text.
 
     Blanks, tabs, semicolons or commas separate the numbers; the decimal mark is a point or a comma. `columns` are the
-    names of the columns if a header has them. Otherwise a heading line may name them, or the first three are x y z.
-    Raises `InputError` if the lines can be read in more than one way.
+    names of the columns if a header has them. Otherwise a heading or a comment may name them, or the first three are
+    x y z. Raises `InputError` if the lines can be read in more than one way.
     """
-    lines = [line for line in map(str.strip, _decoded(content).splitlines()) if line and not line.startswith(COMMENTS)]
+    every = [line for line in map(str.strip, _decoded(content).splitlines()) if line]
+    lines = [line for line in every if not line.startswith(COMMENTS)]
     split, notes = _splitter(lines)
     fields = [split(line) for line in lines]
     if not columns:
-        fields, columns, promised = _headed(fields)
+        fields, columns, promised = _headed(lines, fields)
+        columns = columns or _commented(every, fields)
         if promised is not None and promised != len(fields):
             raise InputError(f"its first line promises {promised} points, but {len(fields)} lines follow")
     table, dropped = _table(fields, len(columns))
@@ -100,19 +104,44 @@ def _halves(fields: list[list[str]]) -> bool:
     )
 
 
-def _headed(fields: list[list[str]]) -> tuple[list[list[str]], Sequence[str], int | None]:
+def _headed(lines: Sequence[str], fields: list[list[str]]) -> tuple[list[list[str]], Sequence[str], int | None]:
     """The lines below a heading with their columns' names, and the number of points that a first line promises."""
     promised = None
     if len(fields) > 1 and len(fields[0]) == 1 and INTEGER.fullmatch(fields[0][0]) and len(fields[1]) > 1:
-        promised, fields = int(fields[0][0]), fields[1:]
-    if fields and not any(map(_number, fields[0])):
-        names = [name.strip("\"'").lower() for name in fields[0]]
-        below = Counter(map(len, fields[1:])).most_common(1)
-        if set(COORDINATES) <= set(names) and below and below[0][0] == len(names):
-            return fields[1:], names, promised
-        if not all(name in NO_NUMBER for name in names):
-            fields = fields[1:]
+        promised, lines, fields = int(fields[0][0]), lines[1:], fields[1:]
+    if fields and all(_number(field) is None for field in fields[0]):
+        if all(name.lower() in NO_NUMBER for name in fields[0]):
+            return fields, (), promised
+        return fields[1:], text_headings.read(lines[0], _width(fields[1:])), promised
+    if len(fields) > 1 and _numbered(fields[0]) and not all(map(_whole, fields[1])):
+        return fields[1:], (), promised
     return fields, (), promised
+
+
+def _commented(lines: Sequence[str], fields: list[list[str]]) -> Sequence[str]:
+    """The columns' names in the comments above the points, as CloudCompare and NumPy write them; empty without any."""
+    width = _width(fields)
+    for line in itertools.takewhile(lambda line: line.startswith(COMMENTS), lines):
+        heading = line.lstrip("".join(COMMENTS))
+        for names in (text_headings.names(heading), text_headings.split_names(heading)):
+            if len(names) == width and set(COORDINATES) <= set(text_headings.columns(names)):
+                return text_headings.read(heading, width)
+    return ()
+
+
+def _width(fields: list[list[str]]) -> int:
+    """The number of fields that most lines have."""
+    return max(Counter(map(len, fields)).items(), key=lambda item: item[1], default=(0, 0))[0]
+
+
+def _numbered(line: Sequence[str]) -> bool:
+    """Whether a line holds 0, 1, 2 ..., the names that tables get whose columns have none."""
+    there = [field for field in line if field]
+    return len(there) >= len(COORDINATES) and there == [str(i) for i in range(len(there))]
+
+
+def _whole(field: str) -> bool:
+    return INTEGER.fullmatch(field) is not None
 
 
 def _number(field: str) -> float | None:
@@ -156,16 +185,25 @@ def _places(table: Array, columns: Sequence[str]) -> tuple[list[int], list[str]]
     """The columns of x, y and z, and notes. Raises `InputError` if they look like something else."""
     if columns:
         return [list(columns).index(name) for name in COORDINATES], []
-    first, more = table[:, :3], table[:, 3:6]
+    first, second, more = table[:, :3], table[:, 1:4], table[:, 3:6]
+    remedy = "write x y z first, or a heading line that names the columns"
     if table.shape[1] > 3 and counts(table[:, 0]):
         return [1, 2, 3], ["Took the columns 2 to 4 for x y z: the first column counts."]
+    if table.shape[1] > 3 and len(table) > 1 and _whole_alone(table[:, 0], second):
+        raise InputError(f"begins its lines with whole numbers, as labels and indices are; {remedy}")
     if more.shape[1] == 3 and len(table) > 1:
-        remedy = "write x y z first, or a heading line that names the columns"
         if _colours(first) and not _colours(more):
             raise InputError(f"begins its lines with whole numbers from 0 to 255, as colours are; {remedy}")
         if directions(first) and not directions(more):
             raise InputError(f"begins its lines with directions of length 1, as normals are; {remedy}")
-    return [0, 1, 2], []
+    said = f"Took the first 3 of {table.shape[1]} columns for x y z: no heading names them."
+    return [0, 1, 2], [said] if table.shape[1] > 3 else []
+
+
+def _whole_alone(column: Array, others: Array) -> bool:
+    """Whether a column (N,) holds whole numbers, not all the same, and none of the others (N, 3) does."""
+    whole = (others == np.round(others)).all(axis=0)
+    return bool((column == np.round(column)).all() and np.ptp(column) > 0 and not whole.any())
 
 
 def counts(column: Array) -> bool:

@@ -38,6 +38,35 @@ BOP = {
     "depth_scale": 0.1,
 }
 
+OPENCV = """%YAML:1.0
+---
+calibration_time: "Mon 30 Nov 2026 09:12:44"
+nframes: 13
+image_width: 320
+image_height: 240
+flags: 0
+camera_matrix: !!opencv-matrix
+   rows: 3
+   cols: 3
+   dt: d
+   data: [ 3.4000000000000000e+02, 0., 1.5950000000000000e+02, 0.,
+       3.4100000000000000e+02, 1.1950000000000000e+02, 0., 0., 1. ]
+distortion_coefficients: !!opencv-matrix
+   rows: 5
+   cols: 1
+   dt: d
+   data: [ 0., 0., 0., 0., 0. ]
+avg_reprojection_error: 2.1e-01
+pose: !!opencv-matrix
+   rows: 4
+   cols: 4
+   dt: d
+   data: [ 0., -0.6, -0.8, 0.5, 1., 0., 0., 0.1, 0., -0.8, 0.6, 0.4, 0., 0., 0., 1. ]
+"""
+OLD_OPENCV = OPENCV.replace("---\n", "").replace("camera_matrix", "Camera_Matrix").replace(
+    "distortion_coefficients", "Distortion_Coefficients"
+)  # fmt: skip
+
 
 @pytest.fixture
 def read(tmp_path):
@@ -81,6 +110,34 @@ def test_every_kind_of_file_is_the_same_camera(read, content, suffix):
     assert found.size in (None, (320, 240))
     assert ("width" in content or "image_width" in content) <= (found.size is not None)
     assert any("world to camera" in note for note in found.notes) == ("pose" not in content)
+
+
+@pytest.mark.parametrize("content", [OPENCV, OLD_OPENCV, OPENCV.replace("image_width", "image_Width").replace(
+    "image_height", "image_Height")])  # fmt: skip
+def test_what_opencv_writes_is_the_same_camera_and_no_other_tag_is_constructed(read, content):
+    found = read(content, ".yml")
+    np.testing.assert_array_equal(found.intrinsics, K)
+    np.testing.assert_array_equal(found.pose, POSE)
+    assert found.size == (320, 240)
+    with pytest.raises(InputError, match="is not the JSON or YAML of a camera: could not determine a constructor"):
+        read(content.replace("!!opencv-matrix", "!!python/object:os.system"), ".yml")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("data: [ 0., 0., 0., 0., 0. ]", "data: [ 0.1, 0., 0., 0., 0. ]", "lens distortion '.istortion_.oefficients'"),
+        ("rows: 3", "rows: 2", "'.amera_.atrix' must have rows x cols numbers, 2 x 3; found 9"),
+        ("3.4000000000000000e+02, 0.,", "0.,", "'.amera_.atrix' must be an array of real numbers"),
+        ("dt: d", "dt: d\n   dt: f", "the key 'dt' is there twice"),
+        ("!!opencv-matrix\n", "!!opencv-matrix [1]\n", "is not the JSON or YAML of a camera"),
+    ],
+)
+@pytest.mark.parametrize("content", [OPENCV, OLD_OPENCV])
+def test_a_calibration_of_opencv_that_cannot_be_used_is_refused(read, content, old, new, message):
+    with pytest.raises(InputError, match=message) as told:
+        read(content.replace(old, new), ".yaml")
+    assert len(str(told.value).splitlines()) == 1
 
 
 def test_what_open3d_writes_is_read(tmp_path):
@@ -128,6 +185,10 @@ def test_a_stream_of_messages_is_its_first(read):
         ({"K": FLAT, "pose": {"position": {}, "orientation": {}}}, "'pose' has a quaternion"),
         ({"K": FLAT, "pose": [0, 0, 0, 0, 0, 0]}, r"'pose' must have the 16 numbers of .*; found 6"),
         ({"K": [[1, 2], [3]], "pose": ROWS}, "'K' must be an array of real numbers; its rows differ in length"),
+        (ROS2 | {"height": None}, "'height' must be an array of real numbers"),
+        ({"K": FLAT, "pose": ROWS, "width": 320}, "has 'width' alone; give both 'width' and 'height', or neither"),
+        ({"K": FLAT, "pose": ROWS, "image_height": 240}, "has 'image_height' alone"),
+        ("<?xml version='1.0'?><opencv_storage>", "is XML; save it as YAML"),
         ({"K": "abc", "pose": ROWS}, "'K' must be an array of real numbers"),
         ({"K": FLAT, "pose": ROWS, "width": "w", "height": 1}, "'width' must be an array of real numbers"),
         ([1], "is not the JSON or YAML of a camera, which has"),

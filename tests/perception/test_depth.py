@@ -284,6 +284,10 @@ def test_poses_in_millimetres_and_views_that_disagree_are_remarked_upon():
         "A camera is 600 m from the origin of the world, more than 10 m"
         in arrays([replace(FRONT, pose=far)])["notes"][1]
     )
+    far[:3, 3] /= 100  # decimetres
+    assert any(
+        "The table was measured at 3.6 m, more than 2 m above" in n for n in arrays([replace(FRONT, pose=far)])["notes"]
+    )
     moved = BACK.pose + np.outer([0, 0, 1, 0], [0, 0, 0, 0.2])
     notes = arrays([FRONT, replace(BACK, pose=moved)])["notes"]
     assert any(note.startswith("The table is taken to be at ") for note in notes)

@@ -17,6 +17,7 @@ from sgnlp.perception.observation import Observation, ObservationSettings, load,
 from sgnlp.perception.sampling import farthest_points
 
 TABLE = 0.0
+CAMERAS = np.eye(3) + np.array([0.0, 0.0, 0.1])
 
 
 def sphere(count=600, radius=0.04, seed=0):
@@ -43,7 +44,7 @@ def assert_loads_or_is_refused(file):
 
 def test_a_file_with_everything_is_read_whole_and_read_only(tmp_path):
     view = np.repeat([0, 2], 300)
-    cameras = np.eye(3)
+    cameras = CAMERAS
     file = saved(
         tmp_path,
         points=sphere().astype(np.float32),
@@ -125,13 +126,13 @@ def test_a_view_is_found_by_name_before_place_and_cameras_follow(tmp_path):
     assert load(file).view_names == ("1", "2", "7")
     assert load(file, views=["1"]).view_names == ("1",)
     assert load(file, views=["0"]).view_names == ("1",)
-    file = saved(tmp_path, points=sphere(), view=number // 3, camera_positions=np.eye(3), table_height=TABLE)
-    np.testing.assert_array_equal(load(file, views=[2, 0]).camera_positions, np.eye(3)[[0, 2]])
+    file = saved(tmp_path, points=sphere(), view=number // 3, camera_positions=CAMERAS, table_height=TABLE)
+    np.testing.assert_array_equal(load(file, views=[2, 0]).camera_positions, CAMERAS[[0, 2]])
     for views in (["3"], ["left"], [-1]):
         with pytest.raises(InputError, match=r"unknown view .*; valid: 0, 1, 2"):
             load(file, views=views)
     with pytest.raises(InputError, match="no view is chosen; valid: 0, 1, 2"):
-        observe(sphere(), view=number // 3, camera_positions=np.eye(3), table_height=TABLE, views=[])
+        observe(sphere(), view=number // 3, camera_positions=CAMERAS, table_height=TABLE, views=[])
 
 
 def test_camera_positions_without_views_are_set_aside_and_noted():

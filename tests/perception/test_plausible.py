@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sgnlp.base.errors import InputError
+from sgnlp.perception.observation import observe
 from sgnlp.perception.plausible import check_cameras, check_obstacles
 
 POINTS = np.random.default_rng(0).uniform([-0.05, -0.05, 0.0], [0.05, 0.05, 0.1], (500, 3))
@@ -11,8 +12,8 @@ POINTS = np.random.default_rng(0).uniform([-0.05, -0.05, 0.0], [0.05, 0.05, 0.1]
 
 
 def test_cameras_half_a_metre_away_and_none_at_all_are_taken():
-    check_cameras(np.array([[0.3, 0.0, 0.4], [-0.3, 0.2, 0.5]]), POINTS, 0.0)
-    check_cameras(None, POINTS, 0.0)
+    assert check_cameras(np.array([[0.3, 0.0, 0.4], [-0.3, 0.2, 0.5]]), POINTS, 0.0) == []
+    assert check_cameras(None, POINTS, 0.0) == []
 
 
 @pytest.mark.parametrize(
@@ -20,13 +21,22 @@ def test_cameras_half_a_metre_away_and_none_at_all_are_taken():
     [
         ([0.0, 0.0, 0.05], "mm from the cloud, nearer than 70 mm"),
         ([0.0, 0.0, 0.16], "mm from the cloud, nearer than 70 mm"),
-        ([300.0, 0.0, 400.0], "m from the cloud, more than 10 m"),
+        ([300.0, 0.0, 400.0], "499.9 m from the cloud, more than the 5 m that depth cameras measure"),
+        ([3.0, 0.0, 4.5], "5.3 m from the cloud, more than the 5 m"),
+        ([0.5, 0.0, 0.004], "4.0 mm above the table, less than the 10 mm of its housing"),
         ([0.3, 0.0, -0.1], "below the table"),
     ],
 )
 def test_a_camera_in_the_cloud_far_from_it_or_below_the_table_is_refused(place, said):
     with pytest.raises(InputError, match=said):
         check_cameras(np.array([[0.3, 0.0, 0.4], place]), POINTS, 0.0)
+
+
+@pytest.mark.parametrize(("place", "away"), [([3.0, 0.0, 3.0], "4.1"), ([0.0, 0.0, 0.22], "0.12")])
+def test_a_camera_at_an_unusual_distance_is_noted_also_by_what_observes(place, away):
+    (said,) = check_cameras(np.array([[0.3, 0.0, 0.4], place]), POINTS, 0.0)
+    assert said.startswith(f"A camera is {away} m from the cloud, not 0.2 to 1.5 m as usual")
+    assert said in observe(POINTS, camera_positions=[place], table_height=0.0).notes
 
 
 def test_obstacles_beside_the_object_and_some_of_its_points_among_them_are_taken():

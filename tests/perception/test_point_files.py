@@ -37,6 +37,17 @@ READ = {
     "comments": "# x y z\n// more\n" + text(),
     "a mark of its bytes": "\ufeff" + text(),
     "exponents": text("%.4e %.4e %.4e"),
+    "ParaView's headings": '"Intensity","Points:0","Points:1","Points:2"\n' + text("0.7,%.5f,%.5f,%.5f"),
+    "ParaView's newer headings": '"Point ID","Points_0","Points_1","Points_2","Points_Magnitude","Normals_0"\n'
+    + text("%d,%.5f,%.5f,%.5f,0.2,1", np.c_[np.arange(60) % 7, P]),
+    "headings with units": "t [s]; x [m]; y [m]; z [m]\n" + text("0.5; %.5f; %.5f; %.5f"),
+    "names with a word before": "label pos_x pos_y pos_z\n" + text("1 %.5f %.5f %.5f"),
+    "columns counted from 1": "i,P(1),P(2),P(3)\n" + text("0.5,%.5f,%.5f,%.5f"),
+    "a scalar first, named in a comment": "# intensity x y z\n" + text("0.5 %.5f %.5f %.5f"),
+    "CloudCompare's comment": "//Scalar_field X Y Z\n60\n" + text("0.5 %.5f %.5f %.5f"),
+    "normals first, named in a comment": "# made by me\n# nx ny nz x y z\n" + text("0.6 0.8 0.0 %.5f %.5f %.5f"),
+    "numbers for names": ",0,1,2\n" + text("%d,%.5f,%.5f,%.5f", np.c_[np.arange(60), P]),
+    "a title": "Scan of my own cup\n" + text(),
 }
 
 
@@ -63,6 +74,15 @@ REFUSED = {
     "another count": ("30\n" + text(), "promises 30 points, but 60 lines follow"),
     "two columns": (text("%.5f %.5f", P[:, :2]), "no line of three numbers, but lines of 2"),
     "words": ("nothing\nhere", "no line of three numbers"),
+    "labels first": (text("%d %.5f %.5f %.5f", np.c_[np.arange(60) % 3, P]), "whole numbers, as labels and indices"),
+    "a shuffled index first": (text("%d %.5f %.5f %.5f", np.c_[np.arange(60)[::-1], P]), "as labels and indices"),
+    "a heading without coordinates": ("a,b,c,d\n" + text("1.5,%.5f,%.5f,%.5f"), "no columns x, y and z: a, b, c, d"),
+    "a heading of two coordinates": ("x,y,intensity\n" + text("%.5f,%.5f,%.5f"), "no columns x, y and z: x, y, inten"),
+    "a heading with a blank too many": (
+        "Point ID x y z\n" + text("1.5 %.5f %.5f %.5f"),
+        "its heading names 5 columns, but its lines have 4: Point ID x y z; separate",
+    ),
+    "two columns of one name": ("x,y,z,x\n" + text("%.5f,%.5f,%.5f,1.5"), "names two columns x: x, y, z, x"),
 }
 
 
@@ -70,6 +90,17 @@ REFUSED = {
 def test_text_that_leaves_a_doubt_is_refused(content, message):
     with pytest.raises(InputError, match=message):
         text_rows.points(content.encode())
+
+
+def test_a_first_line_of_zeros_is_a_point_and_no_heading():
+    np.testing.assert_array_equal(text_rows.points(("0 0 0\n" + text()).encode()).points, [[0, 0, 0], *P])
+
+
+def test_the_first_of_many_columns_without_names_are_taken_and_told():
+    said = "Took the first 3 of 4 columns for x y z: no heading names them."
+    assert text_rows.points(text("%.5f %.5f %.5f 0.5").encode()).notes == (said,)
+    named = "x y z intensity\n" + text("%.5f %.5f %.5f 0.5")
+    assert text_rows.points(named.encode()).notes == text_rows.points(text().encode()).notes == ()
 
 
 @pytest.mark.parametrize("word", ["--", "null", "N/A", "nan"])

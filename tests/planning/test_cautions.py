@@ -107,6 +107,30 @@ def test_a_hand_for_which_the_arm_has_no_mount_of_its_own_is_told(result):
     assert plans.foreign_mount(result) == ""
 
 
+@pytest.mark.parametrize("table", [0.0, None])
+def test_a_patch_of_the_table_beside_the_object_is_counted_once_and_its_foot_is_not(result, table):
+    rng = np.random.default_rng(4)
+    x, y, z = rng.uniform(0.035, 0.055, 300), rng.uniform(-0.015, 0.015, 300), rng.normal(1e-3, 3e-4, 300)
+    cloud = observe(np.vstack([CAN, np.c_[x, y, z]]), table_height=table)
+    assert said_of(replace(result, cloud=cloud)) == {"table_around"}
+    least, most = ((cloud.points[:, 0] > edge).sum() for edge in (0.046, 0.043))
+    assert least <= int(clouds.table_around(cloud, result).split()[0]) <= most
+    near = np.c_[x, y, z][x < 0.042]  # within 9 mm of the can
+    assert said(result, np.vstack([CAN, near]), table) == set()
+    wide = patch((-0.08, 0.08), (-0.08, 0.08), (0.001, 0.002))
+    assert said(result, np.vstack([CAN, wide]), table) == {"plane"}  # told once
+
+
+def test_a_view_that_is_shifted_against_another_is_told_and_views_that_fit_are_not(result):
+    cloud = sgnlp.load(PROBLEMS / "can_1.npz", views=["0", "1"])
+    assert clouds.views_apart(cloud, result) == ""
+    for number in (0, 1):
+        shifted = cloud.points + np.where(cloud.view[:, None] == number, [0.0, 0.0, 0.02], 0.0)
+        told = clouds.views_apart(replace(cloud, points=shifted), result)
+        assert "of one view's points lie more than 12 mm before what another view measured" in told
+    assert clouds.views_apart(replace(cloud, points=shifted, camera_positions=None), result) == ""
+
+
 def test_one_body_on_its_table_gives_no_caution(result):
     assert said(result, CAN) == set()
     assert said(result, CAN, table=None) == set()

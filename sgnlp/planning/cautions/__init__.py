@@ -15,6 +15,7 @@ OfPlan = Callable[[Planned], str]
 OF_CLOUDS: tuple[OfCloud, ...] = (
     clouds.bodies,
     clouds.plane,
+    clouds.table_around,
     clouds.camera_frame,
     clouds.underside,
     clouds.in_the_air,
@@ -22,6 +23,7 @@ OF_CLOUDS: tuple[OfCloud, ...] = (
     clouds.thin,
     clouds.few_points,
     clouds.cameras,
+    clouds.views_apart,
     clouds.thin_walls,
 )
 OF_PLANS: tuple[OfPlan, ...] = (

@@ -126,9 +126,9 @@ def seen_sides(points: Array) -> tuple[float, float]:
 
 
 def outside(points: Array, queries: Array) -> Array:
-    """Distance (Q,) [m] of queries (Q, 3) from the convex hull of points (N, 3), negative inside.
+    """Distance (Q,) [m] of queries (Q, d) from the convex hull of points (N, d), negative inside.
 
     It is the largest distance to the planes of the hull's faces, less than the true one beyond edges and corners.
     """
     hull = ConvexHull(points).equations
-    return np.asarray((queries @ hull[:, :3].T + hull[:, 3]).max(axis=1))
+    return np.asarray((queries @ hull[:, :-1].T + hull[:, -1]).max(axis=1))
