@@ -18,7 +18,7 @@ from sgnlp.base.arrays import Array
 from sgnlp.base.checked import Typed, typed
 from sgnlp.base.errors import InputError
 from sgnlp.base.yaml_nodes import frozen, word
-from sgnlp.hand import hand_file, library, plausible
+from sgnlp.hand import hand_file, library
 from sgnlp.hand.arm import Arm, base_pose, load_arm, with_base, with_mount
 from sgnlp.hand.description import description
 from sgnlp.hand.description.source import source_file
@@ -177,7 +177,6 @@ def _build(file: Path, data: dict[str, Any], preset: str, text: str) -> Hand:
     described = description(urdf, root, hand_file.changes(data))
     model = joint_model(described)
     names = own_joints(model)
-    plausible.check_speeds(model, names)
     fingers = hand_file.fingers(data["fingers"], model)
     finger_names = [finger.name for finger in fingers]
     spheres = hand_file.spheres(data["spheres"], preset, model, finger_names)

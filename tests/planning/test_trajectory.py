@@ -171,7 +171,7 @@ def test_closing_and_squeezing_take_the_seconds_of_the_closing_where_joints_coul
 
 
 def test_joints_without_a_limit_of_their_velocity_have_one_that_is_stated():
-    np.testing.assert_array_equal(stated(np.array([0.0, 2.0, np.inf, 1e39])), [UNSTATED, 2.0, UNSTATED, UNSTATED])
+    np.testing.assert_array_equal(stated(np.array([0.0, 2.0, np.inf, 1e39, 1000.0])), [UNSTATED, 2.0, *[UNSTATED] * 3])
     assert seconds(np.zeros(0), np.zeros(0)) == 0
     np.testing.assert_array_equal(shares(0.0, 0.02), [0, 1])
     assert len(shares(0.06, 0.02)) == 4

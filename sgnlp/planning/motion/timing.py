@@ -10,11 +10,14 @@ from math import ceil
 import numpy as np
 
 from sgnlp.base.arrays import Array
+from sgnlp.hand.plausible import TURNING, VELOCITY
 
 PEAK = 15 / 8
 """Largest ds/du, at u = 1/2."""
 UNSTATED = 1.0
 """Velocity limit [rad/s or m/s] of a joint without one in the URDF: that of a slow servo."""
+FASTEST = VELOCITY[TURNING].most
+"""Largest velocity limit of a hand's joint that is believed [rad/s or m/s]."""
 ROUNDING = 1e-9
 """A duration this close [steps] above a whole number of steps does not get another step."""
 
@@ -36,6 +39,8 @@ def seconds(ways: Array, limits: Array, least: float = 0.0) -> float:
 
 
 def stated(limits: Array) -> Array:
-    """Velocity limits (n,), with `UNSTATED` in place of missing ones (0 or infinite in the URDF)."""
-    none = (limits <= 0) | ~(limits < np.finfo(np.float32).max)
-    return np.where(none, UNSTATED, limits)
+    """Velocity limits (n,), with `UNSTATED` in place of missing ones (0 or infinite in the URDF).
+
+    Beyond `FASTEST` they are missing, too: exporters of CAD programs write 100 or 1000 for every joint.
+    """
+    return np.where((limits > 0) & (limits <= FASTEST), limits, UNSTATED)
