@@ -1,7 +1,7 @@
 """Settings, other dataclasses and functions that check their values."""
 
 import inspect
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from dataclasses import fields
 from functools import cache, wraps
 from math import inf, isfinite
@@ -23,7 +23,7 @@ NOT_NEGATIVE: Interval = (0.0, 1.8e308)
 Positive = Annotated[float, POSITIVE]
 NotNegative = Annotated[float, NOT_NEGATIVE]
 NUMBERS: dict[Any, tuple[type, ...]] = {float: (float, np.floating, Integral), int: (Integral,)}
-INSTANCES: dict[Any, tuple[type, ...]] = {**NUMBERS, Path: (PathLike,)}
+INSTANCES: dict[Any, tuple[type, ...]] = {**NUMBERS, Path: (PathLike,), bool: (bool, np.bool_)}
 """What is of a kind beside the kind itself."""
 Function = TypeVar("Function", bound=Callable[..., Any])
 VARIADIC = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
@@ -36,6 +36,7 @@ WORDS: dict[Any, str] = {
     Callable: "a function",
     Path: "a path",
     np.ndarray: "an array",
+    Set: "a set",
 }
 """Kinds in words."""
 
@@ -77,10 +78,10 @@ class Checked:
         if names and value not in names:
             raise unknown(f"value of --{flag}", value, names)
         require(f"--{flag}", value, types_of(type(self))[name])  # type: ignore[arg-type]
+        low, high = self.interval(name) or (-inf, inf)
         for number in value if isinstance(value, tuple) else (value,):
             if isinstance(number, float | int) and not isfinite(number):
                 raise InputError(f"--{flag} must be a finite number, not {number}")
-            low, high = self.interval(name) or (-inf, inf)
             if isinstance(number, float | int) and not low <= number <= high:
                 raise InputError(f"--{flag} must be {_bounds(low, high)}, not {number:g}")
 
@@ -113,7 +114,10 @@ def typed(function: Function) -> Function:
 
     @wraps(function)
     def checked(*args: Any, **kwargs: Any) -> Any:
-        given, kinds = signature.bind(*args, **kwargs).arguments, types_of(function)
+        try:
+            given, kinds = signature.bind(*args, **kwargs).arguments, types_of(function)
+        except TypeError:  # Python's own words name the function
+            return function(*args, **kwargs)
         for name, value in given.items():
             if name in kinds and signature.parameters[name].kind not in VARIADIC:
                 require(name, value, kinds[name])
@@ -167,6 +171,8 @@ def _fits(value: Any, kind: Any) -> bool:
         return len(value) == len(kinds) and all(map(_fits, value, kinds))
     if origin is type:
         return isinstance(value, type) and issubclass(value, args)
+    if origin is Sequence and isinstance(value, np.ndarray) and value.ndim == 1:
+        value = value.tolist()
     if origin is Sequence and isinstance(value, list | tuple):
         return all(_fits(each, args[0]) for each in value)
     if origin is Sequence and isinstance(value, str | bytes):
@@ -185,6 +191,8 @@ def _words(kind: Any) -> str:
         return f"a tuple of {'any length' if args[-1] is ... else len(args)}, each part {_words(args[0])}"
     if origin is Sequence:
         return f"a list, each part {_words(args[0])}"
+    if origin is Literal:
+        return f"one of {', '.join(map(repr, args))}"
     return WORDS.get(origin or kind) or f"of {getattr(kind, '__name__', kind)}"
 
 

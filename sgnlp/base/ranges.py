@@ -9,7 +9,7 @@ TINY = POSITIVE[0]
 HEAVIEST = 100.0
 """[kg] No hand lifts more; a mass in grams is more."""
 SOFTEST, STIFFEST = 1.0, 1e5
-"""[N/m] Gains are 40 to 400 (paper). In N/mm they would be below 1; at 100 N/mm a finger would be right to 0.1 mm."""
+"""[N/m] Gains are 40 to 400 (paper). In N/mm they would be below 1; at 100 N/mm, 0.1 mm of error makes 10 N."""
 
 Mass = Annotated[float, (0.0, HEAVIEST)]
 BodyMass = Annotated[float, (TINY, HEAVIEST)]
@@ -17,19 +17,21 @@ BodyMass = Annotated[float, (TINY, HEAVIEST)]
 Friction = Annotated[float, (TINY, 5.0)]
 """Dry rubber has about 1, the softest silicones about 3."""
 Force = Annotated[float, (0.0, 1e4)]
-"""[N] Ten times the bound of the preset `paper`, which is hardly one."""
+"""[N] Ten times the bound of the preset `paper`, which is so high that it hardly limits anything."""
 LargestForce = Annotated[float, (TINY, 1e4)]
 Gain = Annotated[float, (SOFTEST, STIFFEST)]
-Give = Annotated[float, (0.0, 1.0)]
+Compliance = Annotated[float, (0.0, 1.0)]
 """[m/N] That of the softest gain."""
-Spring = Annotated[float, (0.0, 1e4)]
+JointStiffness = Annotated[float, (0.0, 1e4)]
 """[N m/rad] The large joints of a Panda have 2900 (`simulation.arm_give`)."""
-FirmSpring = Annotated[float, (TINY, 1e4)]
+PositiveJointStiffness = Annotated[float, (TINY, 1e4)]
+JointDamping = Annotated[float, (0.0, 1e4)]
+"""[N m s] As its spring, for a joint that settles within a second."""
 Margin = Annotated[float, (-0.05, 0.5)]
 """[m] The largest sphere of the package's hands has a radius of 45 mm: deeper, it would be through. Hands are 0.2 m
 long: farther off, none touches."""
-Gap = Annotated[float, (0.0, 0.5)]
-"""[m] A margin that only adds."""
+Distance = Annotated[float, (0.0, 0.5)]
+"""[m] A margin that only adds, or how far apart two things are."""
 Width = Annotated[float, (TINY, 1.0)]
 """[m] A noise, a shift, a smoothing: an object is at most half as wide (`cleaning.max_width`)."""
 Travel = Annotated[float, (TINY, 2.0)]
@@ -44,7 +46,7 @@ Factor = Annotated[float, (0.0, 1000.0)]
 """Over a hand's own effort or gains: three powers of ten are another unit."""
 Weight = Annotated[float, (0.0, 1e7)]
 """A thousand times the largest of the paper; beyond, the other terms vanish in the solver's tolerance."""
-Level = Annotated[float, (-10.0, 10.0)]
+SurfaceValue = Annotated[float, (-10.0, 10.0)]
 """[m] A value of the surface's function: objects are smaller."""
-Height = Annotated[float, (TINY, 10.0)]
+SurfaceLength = Annotated[float, (TINY, 10.0)]
 """[m] A length of the surface's model: objects are smaller."""

@@ -7,19 +7,19 @@ from typing import Annotated, Literal
 from sgnlp.base.checked import Checked, Positive
 from sgnlp.base.ranges import (
     TINY,
+    Compliance,
+    Distance,
     Factor,
-    FirmSpring,
     Force,
     Friction,
     Gain,
-    Gap,
-    Give,
+    JointStiffness,
     LargestForce,
     Margin,
     Mass,
+    PositiveJointStiffness,
     Seconds,
     Speed,
-    Spring,
     Travel,
     Turn,
     Weight,
@@ -109,9 +109,9 @@ class Closing(Checked):
     """number of postures between pregrasp and first contact at which links are checked against the object"""
     seconds: Seconds = 1.0
     """time in which the setpoints move from the pregrasp tips to the targets [s]; 0: they jump"""
-    posture: Spring = 0.1
+    posture: JointStiffness = 0.1
     """stiffness of the spring to the planned joints at contact, in joint motions that do not move a tip [N m/rad]"""
-    joint_stiffness: FirmSpring = 1.0
+    joint_stiffness: PositiveJointStiffness = 1.0
     """stiffness of a joint under position control [N m/rad] (MuJoCo Menagerie's Allegro)"""
 
 
@@ -150,13 +150,13 @@ class Limits(Checked):
     """least force of a finger at equilibrium [N] (paper: 2)"""
     force_max: LargestForce = 10.0
     """largest force of a finger at equilibrium [N]"""
-    stiffness: FirmSpring = 0.005
+    stiffness: PositiveJointStiffness = 0.005
     """least rotational stiffness ρ of the equilibrium [N m]"""
     rotation_deg: Annotated[float, (0.001, 180.0)] = 20.0
     """largest rotation of the object on its way to the equilibrium [deg]"""
     shift: Width = 0.05
     """largest displacement of a contact on its way to the equilibrium [m]"""
-    give: Give = 0.0
+    give: Compliance = 0.0
     """largest displacement for each newton of the object's weight, if that is more than `shift` [m/N]"""
     gain_min: Gain = 40.0
     """least gain [N/m] (release: clamped at 40)"""
@@ -170,7 +170,7 @@ class Limits(Checked):
     """least clearance over the table of the pads at the pregrasp [m]"""
     object_margin: Margin = 0.0
     """least metric clearance between the hand and the object at the pregrasp [m]"""
-    place_error: Gap = 0.0
+    place_error: Distance = 0.0
     """error of the hand's position that the pregrasp allows for [m]: it is added to `object_margin`; less if no camera
     is known (`free_space.reserve`)"""
     wrist_travel: Travel = 0.3

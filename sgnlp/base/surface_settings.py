@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from sgnlp.base.checked import Checked, Positive
-from sgnlp.base.ranges import Gap, Height, Level, Width
+from sgnlp.base.ranges import Distance, SurfaceLength, SurfaceValue, Width
 
 
 @dataclass(frozen=True)
@@ -26,13 +26,13 @@ class GpisSettings(Checked):
     """deviation of an interior point [m] (paper: 0.05)"""
     cube_scale: Annotated[float, (1.0, 10.0)] = 1.2
     """edge of the exterior cube over the longest edge of the object's box (paper: 120 %)"""
-    cube_half_min: Height = 0.1
+    cube_half_min: SurfaceLength = 0.1
     """least half edge of the exterior cube [m] (release: 0.1)"""
     interior_value: Annotated[float, (-10.0, 0.0)] = -0.3
     """value of interior points, in half edges of the cube (release: -0.3)"""
     interior_temperature: Positive = 0.01
     """temperature of the softmax of the interior mixtures (release: 1/100)"""
-    prior_mean: Level = 1.0
+    prior_mean: SurfaceValue = 1.0
     """prior mean of the thin plate [m] (release: 1); for other kernels it is the exterior value"""
     support_scale: Annotated[float, (1.0, 10.0)] = 1.5
     """R of the kernel over the largest distance between training points; at 1, as in the release, the thin plate is
@@ -60,13 +60,13 @@ class FreeSpace(Checked):
     """number of points of the table under the cloud, where no camera saw through to the table"""
     near_points: Annotated[int, (1, 5000)] = 45
     """number of free points near the visual hull"""
-    near_from: Gap = 0.004
+    near_from: Distance = 0.004
     """they are at least this far from the hull [m]"""
     near_to: Width = 0.012
     """and at most this far [m]"""
     far_points: Annotated[int, (0, 5000)] = 15
     """number of free points farther from the hull"""
-    far_from: Gap = 0.03
+    far_from: Distance = 0.03
     """they are at least this far from the hull [m]"""
     far_to: Width = 0.05
     """and at most this far [m]"""
@@ -78,13 +78,13 @@ class FreeSpace(Checked):
     """number of points of the side that no camera saw, where the measured ones are after half a turn; 0: none"""
     symmetry_noise: Width = 0.01
     """deviation of these points [m]: not every object looks the same after half a turn"""
-    prior_mean: Height = 0.1
+    prior_mean: SurfaceLength = 0.1
     """prior mean, and prior deviation of kernels that have one [m]"""
     support_scale: Annotated[float, (1.0, 10.0)] = 2.2
     """R of the kernel over the largest distance between training points, so that the palm stays in the ball"""
     deviation_scale: Positive = 0.36
     """factor on the deviations of both kernel and noise: it leaves the mean unchanged and calibrates the intervals"""
-    reserve: Gap = 0.006
+    reserve: Distance = 0.006
     """if free space is used but no camera is known, the surface bulges outwards: `limits.place_error` and
     `closing.margin` are then reduced by this [m]; without that hardly a start is feasible on real clouds"""
 

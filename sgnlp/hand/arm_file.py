@@ -70,7 +70,12 @@ def limits(data: Mapping[str, Any], kind: str, described: Array, names: Sequence
         values, where = frozen(described), f"key '{kind}' is missing; {kind} in the description of joint"
     for name, value in zip(names, values, strict=True):
         positive(value, f"{where} '{name}'")
-    plausible.check_joints(model, names, values, SPANS[kind], f"{kind} of joint")
+    try:
+        plausible.check_joints(model, names, values, SPANS[kind], f"{kind} of joint")
+    except InputError as error:
+        if kind in data:
+            raise
+        raise InputError(f"{error}; or give those of all joints as '{kind}'") from None
     return values
 
 

@@ -28,7 +28,8 @@ def find(kind: str, name_or_folder: str | Path, file_name: str) -> Path:
 
 def called(folder: Path) -> str:
     """The name by which `find` finds a folder: short for one of `urdf/`, the path of any other."""
-    return folder.name if folder == _folder() / folder.name else str(folder.absolute())
+    path = folder.resolve()
+    return path.name if path == (_folder() / path.name).resolve() else str(path)
 
 
 def beside(name: str) -> Path | None:

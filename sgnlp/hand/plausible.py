@@ -78,8 +78,8 @@ def check_beside(point: ArrayLike, radius: float, link: str, model: pin.Model, w
 
     It is 0.81 of that at most in the package's hands (LEAP's left one, the others 0.36), and 0.41 in its arms.
     """
-    away, most = float(np.linalg.norm(point)), size(model)
-    if away - radius > most:
+    away = float(np.linalg.norm(point))
+    if away - radius > LEAST_SIZE and away - radius > (most := size(model)):  # which takes a third of a millisecond
         raise InputError(
             f"{where} is {away:g} m off its link '{link}', more than the {most:.2g} m that links are apart; "
             "is it in metres, in the frame of that link?"

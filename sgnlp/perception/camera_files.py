@@ -30,8 +30,9 @@ KNOWN = (
     "K and pose, Open3D's (intrinsic, extrinsic), OpenCV's camera_matrix or ROS's CameraInfo (k or K, d or D) with a "
     "pose, RealSense's (fx, fy, ppx, ppy) with a pose, or BOP's (cam_K, cam_R_w2c, cam_t_w2c)"
 )
-OPENCV_VERSION = re.compile(r"\A%YAML:[\d.]+[^\n]*")
-"""First line of OpenCV's YAML files. The standard has a blank for the colon, and readers refuse the line."""
+OPENCV_VERSION = re.compile(r"\A%YAML[: ][\d.]+[^\n]*")
+"""First line of OpenCV's YAML files. The standard has a blank for the colon, and readers refuse the line, as they do
+its version 1.0."""
 OPENCV_MATRIX = "tag:yaml.org,2002:opencv-matrix"
 """Tag of matrices in OpenCV's YAML files: rows, cols, dt (the type of the numbers) and data."""
 

@@ -155,10 +155,9 @@ def arrays(images: Sequence[DepthImage], table_height: float | None = None) -> d
         for part in ("mask", "pose"):
             if getattr(image, part) is None:
                 raise InputError(f"the image '{name}' has no {part}; sgnlp.segment finds the objects without it")
-    seen = [_seen(image, name) for image, name in zip(images, names, strict=True)]
-    mask_checks.swapped(
-        [one.world for one in seen], [np.asarray(image.mask) for image in images], [one.table for one in seen], names
-    )
+    seen = [_seen(image, name, table_height) for image, name in zip(images, names, strict=True)]
+    masks_of = [np.asarray(image.mask) for image in images]
+    mask_checks.swapped([one.world for one in seen], masks_of, [one.table for one in seen], names, table_height)
     objects, rest = [one.points for one in seen], [one.rest for one in seen]
     positions = np.stack([np.asarray(image.pose)[:3, 3] for image in images])
     behind = [free_space.background(*one) for one in zip(positions, objects, rest, strict=True)]
@@ -196,7 +195,7 @@ class _Seen:
     notes: tuple[str, ...]
 
 
-def _seen(image: DepthImage, name: str) -> _Seen:
+def _seen(image: DepthImage, name: str, table_height: float | None) -> _Seen:
     """The object in an image, what is around it, and notes."""
     world, depth, mask = image.points(), np.asarray(image.depth), np.asarray(image.mask)
     measured = np.isfinite(world[..., 2])
@@ -224,8 +223,8 @@ def _seen(image: DepthImage, name: str) -> _Seen:
         notes += level.check(world[near], np.asarray(image.pose))
     except InputError as error:
         raise InputError(" ".join([f"image '{name}': {error}.", *hints]).rstrip(".")) from error
-    mask_of = mask_checks.without_table(world, marked & ~far)
-    told = [*mask_of.notes, *mask_checks.left_out(world, depth * image.unit, marked & ~far)]
+    mask_of = mask_checks.without_table(world, marked & ~far, table_height)
+    told = [*mask_of.notes, *mask_checks.left_out(world, depth * image.unit, marked & ~far, table_height)]
     rest = world[others | (marked & ~far & ~mask_of.kept)]
     return _Seen(world[mask_of.kept], rest, world, mask_of.table, (*notes, *told))
 

@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 
 from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.base.errors import InputError
+from sgnlp.perception.depth_checks import MAX_DISAGREEMENT
 
 REACH = 0.1
 """The table is looked for this far around the object's cloud [m]."""
@@ -42,8 +43,9 @@ MAX_LEFT_OUT = 0.3
 """Largest share of a body that its mask leaves out: right masks shrunk by 4 px leave out up to 0.26 of small ones."""
 TOUCHED = 0.1
 """A body is marked if it holds this share of the pixels of the body with most marked ones."""
-SWAPPED, RIGHT = 0.1, 0.25
-"""Masks are swapped if as given one has more than this share on the table, exchanged less than this part of that."""
+SWAPPED, RIGHT = 0.1, 0.75
+"""Masks are swapped if as given one has more than the first share on the table, and exchanged both have more than the
+second above it."""
 
 
 def heights_around(cloud: Array, rest: Array) -> Array | None:
@@ -53,27 +55,29 @@ def heights_around(cloud: Array, rest: Array) -> Array | None:
     return heights if len(heights) >= FEWEST else None
 
 
-def above_table(world: Array, marked: BoolArray) -> tuple[Array, float] | None:
+def above_table(world: Array, marked: BoolArray, given: float | None) -> tuple[Array, float] | None:
     """Heights (height, width) [m] above the table around the marked pixels, and how far from 0 it still lies [m].
 
-    None if the table was not measured, or if marked pixels lie below it.
+    What surrounds them is no table if it is far from the height `given` [m]: the floor around a stand. None if the
+    table was not measured, or if marked pixels lie below it.
     """
     measured = np.isfinite(world[..., 2])
     around = heights_around(world[marked & measured], world[measured & ~marked]) if (marked & measured).any() else None
     if around is None:
         return None
-    table = float(np.median(around))
-    flat = float(np.clip(SPREAD * DEVIATION * np.median(np.abs(around - table)), *FLAT))
+    measured_at = float(np.median(around))
+    flat = float(np.clip(SPREAD * DEVIATION * np.median(np.abs(around - measured_at)), *FLAT))
+    table = measured_at if given is None or abs(measured_at - given) <= MAX_DISAGREEMENT else given
     height = world[..., 2] - table
     return None if (height[marked & measured] < -flat).mean() > MAX_BELOW else (height, flat)
 
 
-def on_table(world: Array, marked: BoolArray) -> tuple[BoolArray, BoolArray]:
+def on_table(world: Array, marked: BoolArray, given: float | None) -> tuple[BoolArray, BoolArray]:
     """Marked pixels (height, width) of the table, and those that are higher, by the points (height, width, 3) [m].
 
     Pixels of the table lie at its height, `BESIDE` all that is higher, and are not enclosed by it.
     """
-    found, table = above_table(world, marked), np.zeros_like(marked)
+    found, table = above_table(world, marked, given), np.zeros_like(marked)
     if found is None:
         return table, marked
     height, flat = found
@@ -100,9 +104,9 @@ class Mask:
     notes: tuple[str, ...]
 
 
-def without_table(world: Array, marked: BoolArray) -> Mask:
+def without_table(world: Array, marked: BoolArray, given: float | None = None) -> Mask:
     """The marked pixels without those of the table, and a note on these; all of them if nearly all lie on it."""
-    table, higher = on_table(world, marked)
+    table, higher = on_table(world, marked, given)
     count, whole = int(table.sum()), max(int(marked.sum()), 1)
     share = count / whole
     if higher.sum() < LEAST_HIGH * whole:
@@ -120,9 +124,9 @@ def without_table(world: Array, marked: BoolArray) -> Mask:
     return Mask(marked & ~table, share, (note,))
 
 
-def left_out(world: Array, depth: Array, marked: BoolArray) -> list[str]:
+def left_out(world: Array, depth: Array, marked: BoolArray, given: float | None = None) -> list[str]:
     """A note if bodies go on beyond their marked pixels without a step of the depths (height, width) [m]."""
-    found = above_table(world, marked)
+    found = above_table(world, marked, given)
     if found is None:
         return []
     measured = np.isfinite(world[..., 2])
@@ -142,20 +146,26 @@ def left_out(world: Array, depth: Array, marked: BoolArray) -> list[str]:
     ]
 
 
-def swapped(worlds: Sequence[Array], masks: Sequence[BoolArray], shares: Sequence[float], names: Sequence[str]) -> None:
+def swapped(
+    worlds: Sequence[Array],
+    masks: Sequence[BoolArray],
+    shares: Sequence[float],
+    names: Sequence[str],
+    given: float | None = None,
+) -> None:
     """Raise `InputError` if the masks of two images mark much of the table, by their shares, and exchanged do not."""
     for i, j in combinations(range(len(worlds)), 2):
-        given = max(shares[i], shares[j])
-        if given > SWAPPED and masks[i].shape == masks[j].shape:
-            other = max(_share(worlds[i], masks[j]), _share(worlds[j], masks[i]))
-            if other < RIGHT * given:
+        if max(shares[i], shares[j]) > SWAPPED and masks[i].shape == masks[j].shape:
+            higher = [_higher(worlds[a], masks[a], masks[b], given) for a, b in ((i, j), (j, i))]
+            if min(higher) > RIGHT:
                 raise InputError(
                     f"the masks of the images '{names[i]}' and '{names[j]}' are swapped: {shares[i]:.0%} and "
-                    f"{shares[j]:.0%} of their pixels lie on the table, exchanged at most {other:.0%}"
+                    f"{shares[j]:.0%} of their pixels lie on the table, exchanged {higher[0]:.0%} and {higher[1]:.0%} "
+                    "lie above it"
                 )
 
 
-def _share(world: Array, mask: BoolArray) -> float:
-    """The share of a mask's measured pixels that lie on the table."""
-    marked = mask & np.isfinite(world[..., 2])
-    return without_table(world, marked).table
+def _higher(world: Array, mask: BoolArray, other: BoolArray, given: float | None) -> float:
+    """The share of another mask's measured pixels that is higher than the table around this mask; 0 without either."""
+    found, there = above_table(world, mask, given), other & np.isfinite(world[..., 2])
+    return 0.0 if found is None or not there.any() else float((found[0][there] > found[1]).mean())

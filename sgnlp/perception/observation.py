@@ -6,7 +6,7 @@ graspable size. `sgnlp.perception.cleaning` has the steps and their settings.
 """
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Set
 from dataclasses import dataclass, replace
 from numbers import Integral
 from pathlib import Path
@@ -15,7 +15,7 @@ from typing import Any, Literal, TypeVar, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sgnlp.base.arrays import Array, IntArray
+from sgnlp.base.arrays import Array, IntArray, floats
 from sgnlp.base.checked import Checked, Positive, Typed, plain, typed
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.perception import clouds
@@ -69,7 +69,7 @@ class Observation(Typed):
             raise InputError("the points and the table_height of an observation must be finite numbers [m]")
         for name in ("camera_positions", "background", "mesh_vertices", "obstacle_points"):
             if (value := getattr(self, name)) is not None:
-                clouds.floats(value, name, (None, 3))
+                floats(value, name, (None, 3))
         clouds.check_positive(mass=self.mass, friction=self.friction)
 
 
@@ -95,7 +95,7 @@ class Reading(Checked):
     def __post_init__(self) -> None:
         """Accept views given by number, too, and a pose given row by row."""
         views = plain(self.views)  # of an array, too
-        several = isinstance(views, list | tuple | set | frozenset)
+        several = isinstance(views, Iterable) and not isinstance(views, str | bytes)
         views = in_order(views) if several else [] if views is None else [views]
         object.__setattr__(self, "views", tuple(str(each) if isinstance(each, Integral) else each for each in views))
         if isinstance(self.pose, list | tuple | np.ndarray):
@@ -166,7 +166,7 @@ def observe(
     *,
     view: ArrayLike | None = None,
     view_names: Sequence[str] | None = None,
-    views: Sequence[str | int] | set[str | int] | None = None,
+    views: Sequence[str | int] | Set[str | int] | None = None,
     table_height: float | None = None,
     scale: float = 1.0,
     name: str = "object",
@@ -201,7 +201,7 @@ def observe(
     clouds.check_positive(mass=mass, friction=friction, scale=scale)
     cloud, said = clouds.rows(points, "points")
     cameras = Cameras.of(len(cloud), view, view_names, camera_positions)
-    chosen = in_order(views) if isinstance(views, set) else views
+    chosen = None if views is None else in_order(views)
     options = (cameras.names, table_height, scale, chosen, settings)
     place = None if pose is None else clouds.checked_pose(pose)
     kept = cameras.pick(chosen)
@@ -215,7 +215,7 @@ def observe(
     clean.drop_outliers()
     check_shape(clean.points, settings, table_height)
     positions = None if cameras.positions is None else moved(cameras.positions[kept] * scale, place)
-    clean.notes += check_cameras(positions, clean.points, table)
+    clean.notes += check_cameras(positions, clean.points, table, clean.notes)
     around = cameras.background(background, background_view)
     mesh = None if mesh_vertices is mesh_faces is None else clouds.mesh(mesh_vertices, mesh_faces)
     in_the_way = clouds.obstacles(obstacle_points, obstacle)

@@ -1,5 +1,7 @@
 """Whether cameras and obstacles can be where a file has them: in the unit and the frame of the points."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -19,8 +21,10 @@ points are the scene from which the object was not cut out."""
 FRAME = "must be in the unit and frame of the points"
 
 
-def check_cameras(positions: Array | None, points: Array, table: float) -> list[str]:
+def check_cameras(positions: Array | None, points: Array, table: float, told: Sequence[str] = ()) -> list[str]:
     """Notes on cameras (V, 3) that are unusually near to the cloud (n, 3) or far from it, all in metres.
+
+    The distance is noted once: not if the notes that were `told` have it from a depth image.
 
     Raises `InputError` for cameras below the table or on it, in the cloud, or farther than depth cameras measure.
     """
@@ -49,14 +53,14 @@ def check_cameras(positions: Array | None, points: Array, table: float) -> list[
             f"'camera_positions' {FRAME}; leave them out if they are not known"
         )
     odd = away[(away < NEAR) | (away > depth_checks.FAR)]
-    return [_distance(odd[0])] if len(odd) else []
+    return [_distance(odd[0])] if len(odd) and not any("from the camera" in note for note in told) else []
 
 
 def _distance(away: float) -> str:
     """A note on a camera at this distance [m] from the cloud."""
     return (
         f"A camera is {away:.2g} m from the cloud, not {NEAR:g} to {depth_checks.FAR:g} m as usual: look at the unit "
-        "of 'camera_positions'."
+        "of the points and of 'camera_positions'."
     )
 
 

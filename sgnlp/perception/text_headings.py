@@ -36,7 +36,10 @@ REMEDY = "name three columns x, y and z in its heading, or write x y z alone"
 def names(line: str) -> list[str]:
     """The names in a heading, in lower case; quoted names, and those between separators, may have blanks."""
     separator = next((mark for mark in ("\t", ";", ",") if mark in line), " ")
-    (fields,) = csv.reader([line.strip()], delimiter=separator, skipinitialspace=True)
+    try:
+        (fields,) = csv.reader([line.strip()], delimiter=separator, skipinitialspace=True)
+    except csv.Error:  # a field of more than 131072 characters is no name
+        return []
     return [field.strip(" \t\"'").lower() for field in fields]
 
 
@@ -52,7 +55,7 @@ def columns(heading: Sequence[str]) -> list[str]:
     if not set(COORDINATES) <= set(letters):
         first = 0 if "0" in letters else 1
         letters = ["" if c in ("", *COORDINATES) else "xyz"[int(c) - first : int(c) - first + 1] for c in letters]
-    elif any(c in "0123" for c in letters if c):
+    else:
         letters = [c if c in COORDINATES else "" for c in letters]
     return [letter or name for letter, name in zip(letters, heading, strict=True)]
 

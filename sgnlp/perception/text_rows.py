@@ -131,7 +131,7 @@ def _commented(lines: Sequence[str], fields: list[list[str]]) -> Sequence[str]:
 
 def _width(fields: list[list[str]]) -> int:
     """The number of fields that most lines have."""
-    return max(Counter(map(len, fields)).items(), key=lambda item: item[1], default=(0, 0))[0]
+    return next(iter(Counter(map(len, fields)).most_common(1)), (0, 0))[0]
 
 
 def _numbered(line: Sequence[str]) -> bool:

@@ -12,6 +12,8 @@ from sgnlp.base.errors import InputError, unknown
 
 def in_order(views: Iterable[Any]) -> list[Any]:
     """The views of a list as they are, those of a set in the order of their names: a set has none of its own."""
+    if isinstance(views, np.ndarray):
+        return list(views.tolist())
     return sorted(views, key=str) if isinstance(views, set | frozenset) else list(views)
 
 
@@ -44,7 +46,7 @@ class Cameras:
             names = [str(n) for n in numbers]
         elif names is None and place is not None:
             names = [str(n) for n in range(len(place))]
-        names = tuple(names or ())
+        names = () if names is None else tuple(names)
         if len(set(names)) < len(names):
             raise InputError(f"two of the views have the same name; found {', '.join(map(str, names))}")
         if place is not None and len(place) != len(names):

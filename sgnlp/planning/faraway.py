@@ -26,6 +26,8 @@ def origin(observation: Observation) -> Array:
 
 def moved_cloud(observation: Observation, by: Array) -> Observation:
     """The same cloud, table, cameras, background, obstacles and true surface, moved by (3,) [m]."""
+    if not by.any():
+        return observation
     cameras, background, mesh = observation.camera_positions, observation.background, observation.mesh_vertices
     obstacles = observation.obstacle_points
     return replace(
@@ -48,6 +50,8 @@ def moved_hand(hand: Hand, by: Array) -> Hand:
 
 def moved_problem(problem: Problem, by: Array) -> Problem:
     """The same problem, moved by (3,) [m]."""
+    if not by.any():
+        return problem
     gpis = replace(problem.gpis, X=problem.gpis.X + by, centre=problem.gpis.centre + by)
     height = problem.table_height + float(by[2])
     around, thing = problem.surroundings.moved(by), problem.thing.moved(by)

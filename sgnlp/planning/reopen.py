@@ -113,25 +113,28 @@ def opened(folder: Path, hand: str | None = None) -> tuple[Grasps, Hand]:
     except InputError:  # a value that only another version takes: the grasps can still be looked at
         pass
     arm = grasps.meta.get("arm") or {}
-    if not isinstance(hand or grasps.meta.get("hand"), str) or not isinstance(arm, dict):
+    told = hand or grasps.meta.get("hand_folder") or grasps.meta.get("hand")
+    if not isinstance(told, str) or not isinstance(arm, dict):
         raise InputError(f"'{file}': it does not name its hand; solve it again")
-    found = _hand(grasps.meta, hand, spheres)
+    found = _hand(grasps.meta, told, spheres)
     if fault := unfit(grasps, found):
         raise InputError(f"'{file}': {fault}; solve it again")
     return grasps, found
 
 
-def _hand(meta: Mapping[str, Any], folder: str | None, spheres: str) -> Hand:
-    """The hand of a result, from the folder that it was solved with, or from another one."""
-    arm, told = meta.get("arm") or {}, meta.get("hand_folder") or meta["hand"]
+def _hand(meta: Mapping[str, Any], folder: str, spheres: str) -> Hand:
+    """The hand of a result in a folder; where that is missing, a hand of the package that equals it."""
+    arm, name = meta.get("arm") or {}, meta.get("hand")
     try:
-        return load_hand(folder or told, spheres, arm.get("name"), arm.get("base", ()))
+        return load_hand(folder, spheres, arm.get("name"), arm.get("base", ()))
     except InputError as error:
-        if folder or Path(told).is_dir() or told in available_hands():
+        if Path(folder).is_dir() or folder in available_hands():
             raise
-        raise InputError(
-            f"the hand '{meta['hand']}' is not in '{told}' any more; name its folder with --hand"
-        ) from error
+        if name in available_hands():
+            found = load_hand(name, spheres, arm.get("name"), arm.get("base", ()))
+            if found.digest == meta.get("hand_digest"):
+                return found
+        raise InputError(f"the hand '{name}' is not in '{folder}' any more; name its folder with --hand") from error
 
 
 def changed(grasps: Grasps, hand: Hand) -> str:

@@ -1,7 +1,8 @@
 """Result folders: grasps, summary, histories of the starts, rows; written whole or not at all, and read again.
 
 The files of a folder are first written under temporary names and then renamed together, so a full disk changes nothing.
-The summary is renamed last. Every file names its plan, by `Grasps.digest`, so that one of another plan is noticed.
+The summary is renamed last. Summary and history name their plan, by `Grasps.digest`, so that one of another plan is
+noticed.
 """
 
 import csv
@@ -88,8 +89,8 @@ def check_plan(file: Path, plan: object, grasps: Grasps) -> None:
     """Raise `InputError` if a file beside grasps is of another `plan`, by its digest."""
     if plan != grasps.digest:
         raise InputError(
-            f"'{file}' is of another plan than the {GRASPS} beside it, or of an earlier version: it was copied there, "
-            "or is left of a run that was interrupted; solve again with an --out of its own, or take the file away"
+            f"'{file}' belongs to another plan than the {GRASPS} beside it, or an earlier version wrote it; delete it, "
+            "or make it again"
         )
 
 

@@ -131,7 +131,8 @@ def solve(
     hand = load_hand(hand, settings.spheres) if isinstance(hand, str) else hand
     given = Surroundings(tuple(obstacles), tuple(avoid), tuple(touch))
     ending = Ending(first, deadline, rounds, widen)
-    asked = Asked(hand, settings, given, additions, extension, count, seed, jobs, timeout, ending)
+    numbers = int(count), int(seed), int(jobs), float(timeout)  # NumPy's cannot be written as JSON
+    asked = Asked(hand, settings, given, additions, extension, *numbers, ending)
     return planned(observation, asked, progress)
 
 

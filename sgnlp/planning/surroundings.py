@@ -75,6 +75,8 @@ class Surroundings:
 
     def moved(self, by: Array) -> "Surroundings":
         """The same, displaced by (3,) [m]."""
+        if not by.any():
+            return self
         return Surroundings(*(tuple(shape.moved(by) for shape in shapes) for _, shapes in self.kinds()))
 
     def words(self) -> str:

@@ -8,6 +8,7 @@ The functions take jets of the surface at the query points z(x) as inputs (`sgnl
 every object. Object, weights, widths and seed pose are parameters. `oracle.py` joins an `Nlp` with a fitted surface.
 """
 
+import textwrap
 import traceback
 import warnings
 from collections.abc import Sequence
@@ -73,6 +74,8 @@ back to more than 8, and building one again takes half a second."""
 
 NUMPY = r"\s*casadi: a numpy function was called on a casadi value"
 """How CasADi's warning begins: what it then returns depends on its version."""
+FOREIGN = ("truth value", "'SX' object")
+"""Words in errors of functions that do not take CasADi's values."""
 REMEDY = (
     "write it in the operations of `op`, such as op.sum, op.norm and op.dot, and in + - * / **: functions of NumPy and "
     "of math, `if` and loops over rows do not take CasADi's values (docs/pages/howto/term.md)"
@@ -170,9 +173,10 @@ def _value(part: Term | Constraint, g: Grasp, op: Smooth, hand: Hand) -> ca.SX:
             warnings.filterwarnings("error", NUMPY, FutureWarning)
             value = ca.vec(ca.SX(part.value(g, op)))
     except Exception as error:
-        said = next(filter(None, str(error).splitlines()), type(error).__name__)
-        place = _line(part.value, error)
-        raise InputError(f"{kind} '{part.name}' cannot be written in CasADi{place}: {said}; {REMEDY}") from error
+        said = f"{type(error).__name__}: {' '.join(str(error).split()).rstrip('.:')}"
+        foreign = isinstance(error, FutureWarning | TypeError) or any(word in said for word in FOREIGN)
+        place, remedy = _line(part.value, error), f"; {REMEDY}" * foreign
+        raise InputError(f"{kind} '{part.name}' cannot be written in CasADi{place}: {said}{remedy}") from error
     if isinstance(part, Constraint) and is_own(part.value) and not value.numel():
         raise InputError(
             f"constraint '{part.name}' has no rows for the hand '{hand.name}', so it would bound nothing; leave it out "
@@ -187,4 +191,4 @@ def _line(value: Any, error: Exception) -> str:
     """The line of the user's function at which it failed, in words; "" if it is not known."""
     file = getattr(getattr(value, "__code__", None), "co_filename", None)
     lines = [each for each in traceback.extract_tb(error.__traceback__) if each.filename == file]
-    return f" at line {lines[-1].lineno}, {lines[-1].line!r:.80}" if lines else ""
+    return f" at line {lines[-1].lineno}, {textwrap.shorten(lines[-1].line or '', 80)!r}" if lines else ""

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from sgnlp.base.checked import NOT_NEGATIVE, Checked, NotNegative, Positive
 from sgnlp.base.errors import InputError
-from sgnlp.base.ranges import BodyMass, Friction, Gap, Spring, Travel
+from sgnlp.base.ranges import BodyMass, Distance, Friction, JointDamping, Travel
 
 SAMPLE = 0.01
 """Time between readings [s]."""
@@ -29,7 +29,7 @@ class SimulationSettings(Checked):
     control: Literal["impedance", "position"] = "impedance"
     """impedance: a spring from each tip to its target; position: a spring in each joint, to the plan's
     joints_squeeze"""
-    place_error: Gap = 0.0
+    place_error: Distance = 0.0
     """shift of the hand from its planned place, in a random horizontal direction [m]"""
     turn_error: Annotated[float, (0.0, 180.0)] = 0.0
     """turn of the hand about the middle of its pregrasp tips, about a random axis [deg]"""
@@ -38,7 +38,7 @@ class SimulationSettings(Checked):
     timestep: Annotated[float, (1e-05, 0.002)] = 0.002
     """time step [s]; half of it gives the same outcomes (tests/simulation). MuJoCo needs at most half of
     contact_time"""
-    joint_damping: Spring = 0.1
+    joint_damping: JointDamping = 0.1
     """viscous friction of a joint [N m s] (MuJoCo Menagerie's Allegro; the URDF's 3 to 10 are placeholders)"""
     joint_friction: NotNegative = 0.03
     """dry friction of a joint [N m]: 4 % of the rated torque, what a gear of 369:1 loses without load (an estimate; the
@@ -46,7 +46,7 @@ class SimulationSettings(Checked):
     its centre like a caster, and the object sags between the pads"""
     joint_armature: Positive = 1e-3
     """rotor inertia seen at a joint [kg m²]; with it a tip weighs 0.1 to 1 kg, and 2√k is critical for 1 kg"""
-    pad_patch: Gap = 0.003
+    pad_patch: Distance = 0.003
     """radius of the patch of contact of a pad [m]: Hertz for 4 N, 12 mm and 1 MPa; it resists twist"""
     contact_time: Positive = 0.005
     """time constant of a contact [s]; the pads give way by less than 0.1 mm under 10 N"""

@@ -13,7 +13,7 @@ from plans import small_plan
 from scenes import SMALL, hand, observation
 
 import sgnlp
-from sgnlp.base.checked import Typed, typed
+from sgnlp.base.checked import Typed, require, typed
 from sgnlp.base.errors import InputError, SgnlpError
 from sgnlp.control import Controller, command
 from sgnlp.perception.observation import Reading
@@ -81,7 +81,7 @@ def test_the_arguments_of_a_function_are_those_of_its_types_and_what_it_does_sta
     assert told([1], 2, "c", d="e") == "[1] 2 ('c',) {'d': 'e'}"
     with pytest.raises(InputError, match=r"count must be a whole number, not 2\.5"):
         told([1], 2.5)
-    with pytest.raises(TypeError, match="missing a required argument: 'points'"):
+    with pytest.raises(TypeError, match=r"told\(\) missing 1 required positional argument: 'points'"):
         told(count=1)
 
 
@@ -165,3 +165,17 @@ def test_the_views_of_a_set_have_an_order_of_their_own():
     given = {"points": points, "view": view, "table_height": 0.0}
     digests = {sgnlp.observe(**given, views=views).digest for views in ({"1", "0"}, ["0", "1"], {0, 1})}
     assert len(digests) == 2  # numbers and names
+    of_arrays = (np.array(["0", "1"]), frozenset("10"), ("0", "1"))
+    assert len({sgnlp.observe(**given, views=views).digest for views in of_arrays}) == 1
+    assert Reading(views=range(2)).views == ("0", "1")
+
+
+def test_numbers_in_an_array_are_a_list_and_valid_words_are_listed():
+    require("a base", np.zeros(3), Sequence[float])
+    require("a flag", np.True_, bool)
+    with pytest.raises(InputError, match="a base must be a list, each part a number, not array"):
+        require("a base", np.array(["x"]), Sequence[float])
+    with pytest.raises(InputError, match=r"kinematics must be one of 'pinocchio\.casadi', .* or None, not 'foo'"):
+        sgnlp.load_hand("allegro_left", kinematics="foo")
+    with pytest.raises(TypeError, match=r"observe\(\)"):
+        sgnlp.observe(observation().points, tabel_height=0)

@@ -24,14 +24,16 @@ def tables(kind: str = "one") -> tuple[Tabletop, ...]:
         "one": [box([0.06, 0.08, 0.1]).standing(np.array([0.02, 0.01]))],
         "four": random_bodies(4, rng),
         "tray": rims,
+        "stand": [slab((0.16, 0.16, 0.2), (0.0, 0.0, 0.1)), slab((0.06, 0.06, 0.1), (0.0, 0.0, 0.25))],
+        "plate": [slab((0.3, 0.3, 0.2), (0.0, 0.0, 0.1)), slab((0.12, 0.12, 0.0025), (0.0, 0.0, 0.20125))],
     }
     return tuple(seen(bodies[kind], rng, eye=eye, camera=SMALL) for eye in EYES)
 
 
-def notes(masks: list[np.ndarray], kind: str = "one") -> list[str]:
+def notes(masks: list[np.ndarray], kind: str = "one", table: float | None = None) -> list[str]:
     """What is noted about masks (height, width) of the first images, but for the table's height."""
     images = [DepthImage(t.depth, m, t.camera.intrinsics, t.pose) for t, m in zip(tables(kind), masks, strict=False)]
-    return [note for note in arrays(images)["notes"] if not note.startswith("Measured the table")]
+    return [note for note in arrays(images, table)["notes"] if not note.startswith("Measured the table")]
 
 
 def right(kind: str = "one", body: int = 1) -> list[np.ndarray]:
@@ -83,6 +85,17 @@ def test_a_mask_of_a_part_of_the_object_is_told():
     (said,) = notes([half])
     assert said.startswith("The mask leaves out ")
     assert "of what joins its pixels without a step, more than 30%" in said
+
+
+def test_the_floor_around_a_stand_is_no_table_where_the_table_is_given():
+    found = notes(right("stand", 2), "stand", 0.2)
+    assert not [note for note in found if "leaves out" in note or "lie on the table" in note]
+    assert any("The mask leaves out" in note for note in notes(right("stand", 2), "stand"))
+
+
+def test_right_masks_of_a_plate_too_thin_to_tell_from_its_table_are_not_called_swapped():
+    for table in (None, 0.2):  # of the floor's pixels around it, or of the table alone
+        assert notes(right("plate", 2), "plate", table)
 
 
 def test_masks_of_each_others_images_are_refused_and_two_views_of_a_wrong_mask_are_not_called_so():

@@ -48,6 +48,7 @@ READ = {
     "normals first, named in a comment": "# made by me\n# nx ny nz x y z\n" + text("0.6 0.8 0.0 %.5f %.5f %.5f"),
     "numbers for names": ",0,1,2\n" + text("%d,%.5f,%.5f,%.5f", np.c_[np.arange(60), P]),
     "a title": "Scan of my own cup\n" + text(),
+    "a long comment": "#" + 200_000 * "a" + "\n" + text(),
 }
 
 

@@ -11,6 +11,7 @@ from plans import small_plan
 
 from sgnlp.base.errors import InputError
 from sgnlp.cli import again
+from sgnlp.hand import library
 from sgnlp.hand.hand import load_hand
 from sgnlp.planning import reopen, results
 from sgnlp.planning.grasps import Grasps
@@ -83,7 +84,8 @@ def test_a_whole_result_is_opened_from_its_folder_and_from_its_file(tmp_path):
         ({"contacts": lambda a: a * np.inf, "feasible": feasible}, "contacts must be finite"),
         ({"wrist": lambda a: a * [1, 1, 1, 0, 0, 0, 0]}, "the quaternions of wrist must have length 1"),
         ({"gains": lambda a: a.astype(str)}, "gains must be of type float64, not str"),
-        ({"meta": lambda a: {k: v for k, v in a.items() if k != "hand"}}, "it does not name its hand"),
+        ({"meta": lambda a: {k: v for k, v in a.items() if "hand" not in k}}, "it does not name its hand"),
+        ({"meta": lambda a: a | {"hand_folder": 5}}, "it does not name its hand"),
     ],
 )
 def test_a_result_that_does_not_fit_its_hand_is_refused_in_one_line(tmp_path, changes, said):
@@ -143,6 +145,14 @@ def test_a_hand_that_has_moved_is_asked_for_by_flag(tmp_path):
     with pytest.raises(InputError, match=r"the hand 'claw' is not in '.*mine' any more; name its folder with --hand$"):
         reopen.opened(made)
     assert reopen.opened(made, str(tmp_path / "moved"))[1].name == "claw"
+
+
+def test_a_hand_of_the_package_is_found_on_another_machine_whatever_folder_it_was_named_by(tmp_path, monkeypatch):
+    monkeypatch.chdir(load_hand("allegro_left").folder.parent)
+    assert library.called(Path("allegro_left")) == "allegro_left"
+    made = with_hand(tmp_path, "allegro_left")
+    shutil.rmtree(tmp_path / "mine")
+    assert reopen.opened(made)[1].folder == load_hand("allegro_left").folder
 
 
 def test_a_hand_that_has_changed_since_is_told(tmp_path):

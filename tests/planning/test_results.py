@@ -201,7 +201,7 @@ def test_a_summary_of_other_grasps_is_not_read(tmp_path):
     results.load_summary(tmp_path, slower.arrays())
     for other in (replace(plan, seed=1), replace(plan, solutions=plan.solutions[:1])):
         with pytest.raises(
-            InputError, match=r"summary\.json' is of another plan than the grasps\.npz .*; solve again with"
+            InputError, match=r"summary\.json' belongs to another plan than the grasps\.npz .*; delete it"
         ):
             results.load_summary(tmp_path, other.arrays())
     (tmp_path / results.SUMMARY).unlink()

@@ -16,15 +16,16 @@ from scenes import SEMI_AXES, SMALL, hand, observation, posed
 
 from sgnlp.base.presets import PAPER, PRESETS
 from sgnlp.base.settings import Settings, Solver
+from sgnlp.experiments.compare.probe import instance
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.pool import Failure, map_starts, solve_all
 from sgnlp.planning.problem import Problem
+from sgnlp.planning.results import load_grasps
 from sgnlp.planning.solution import Solution, solution
 from sgnlp.planning.solve import solve
 from sgnlp.planning.solvers import settled
 from sgnlp.planning.solvers.ipopt import Ipopt
-from sgnlp.planning.solvers.probe import instance
 from sgnlp.planning.starts import Start, starts
 from sgnlp.program.formulations import formulation
 
@@ -52,6 +53,12 @@ def _leaves_no_process_behind() -> Iterator[None]:
 @pytest.fixture(scope="module")
 def plan() -> Plan:
     return solve(observation(), hand(), SMALL, count=STARTS, jobs=2)
+
+
+def test_numbers_of_numpy_are_numbers_of_a_plan_that_is_saved(tmp_path):
+    plan = solve(observation(), hand(), SMALL, count=np.int32(1), seed=np.int64(0), timeout=np.float32(60))
+    plan.save(tmp_path)
+    assert load_grasps(tmp_path).meta["seed"] == 0
 
 
 def test_an_ellipsoid_is_grasped_from_every_start(plan):

@@ -436,7 +436,7 @@ def test_a_trajectory_of_another_plan_is_refused_beside_the_grasps_and_read_alon
     replace(plan, seed=1).save(tmp_path / "other")
     file.write_bytes((tmp_path / "other" / "trajectory.npz").read_bytes())
     for path in (tmp_path, file):
-        with pytest.raises(InputError, match=r"trajectory\.npz' is of another plan than the grasps\.npz beside it"):
+        with pytest.raises(InputError, match=r"trajectory\.npz' belongs to another plan than the grasps\.npz"):
             load_trajectory(path)
     (tmp_path / "grasps.npz").unlink()
     assert load_trajectory(file).meta["plan"] == replace(plan, seed=1).arrays().digest

@@ -150,7 +150,7 @@ def test_a_simulation_is_told_with_the_pictures_that_were_drawn_of_it(folder, re
     file.write_text(json.dumps(told | {"pictures": drawn}), encoding="utf-8")
     assert len(report._simulated(folder, result.grasps).figures) == 1
     file.write_text("[]", encoding="utf-8")
-    with pytest.raises(InputError, match=r"simulation\.json' is of another plan"):
+    with pytest.raises(InputError, match=r"simulation\.json' belongs to another plan"):
         report._simulated(folder, result.grasps)
     file.write_text("{", encoding="utf-8")
     with pytest.raises(InputError, match=r"no outcome of sgnlp simulate; delete it, or simulate again"):
@@ -254,7 +254,7 @@ def test_a_file_of_another_plan_is_refused_and_told_what_to_do(folder, tmp_path,
     shutil.copy(other / name, copy / name)
     assert run(["report", str(copy)]) == 3
     said = capfd.readouterr().err
-    assert f"{name}' is of another plan than the grasps.npz beside it" in said
+    assert f"{name}' belongs to another plan than the grasps.npz beside it" in said
     assert said.endswith("solve again with an --out of its own, or take the file away\n")
 
 
