@@ -4,14 +4,14 @@ It ends when the command ends, whether by an error, Ctrl-C or a kill. If the com
 that it is nearly done, it may go on for a while. Its children end with it. It must keep by itself what it has done.
 """
 
+import mmap
 import os
 import signal
 import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from multiprocessing.sharedctypes import RawValue
-from typing import Any
+from ctypes import c_double
 
 NICE = 19
 """Lowest priority of Unix: the work runs only when the processor is idle."""
@@ -27,7 +27,8 @@ class Work:
     """Work in a process of its own."""
 
     def __init__(self, do: Callable[[Left], None]):
-        self._left: Any = RawValue("d", float("inf"))
+        self._left = c_double.from_buffer(mmap.mmap(-1, 8))  # shared, without a file: /dev/shm may be read-only
+        self._left.value = float("inf")
         ours, self._line = os.pipe()
         self._process = os.fork()
         if self._process == 0:
@@ -59,7 +60,7 @@ class Work:
         os.close(self._line)
 
 
-def _child(line: int, do: Callable[[Left], None], left: Any) -> None:
+def _child(line: int, do: Callable[[Left], None], left: c_double) -> None:
     """Body of the process: silent, in its own group, which Ctrl-C at a terminal does not reach. It never returns."""
     code = 1
     try:

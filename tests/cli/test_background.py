@@ -1,9 +1,11 @@
 """Work behind a command: it ends with it, or soon after if it is nearly done, and nothing is left behind."""
 
+import errno
 import os
 import signal
 import subprocess
 import sys
+import time
 from contextlib import suppress
 from pathlib import Path
 
@@ -50,6 +52,10 @@ def place(tmp_path, monkeypatch):
     return tmp_path
 
 
+def read_only(*args: object, **kwargs: object) -> None:
+    raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+
 def left_behind(place) -> list[int]:
     """What lives of the work and its child, whose group is that of the work."""
     return group(int((place / "own").read_text(encoding="utf-8")))
@@ -76,6 +82,13 @@ def test_ctrl_c_at_a_terminal_reaches_the_command_alone_which_ends_the_work(plac
         assert wait_for((place / "child").exists)
         os.killpg(process.pid, signal.SIGINT)
         assert wait_for(lambda: not left_behind(place))
+
+
+def test_it_reports_without_a_file_of_shared_memory(monkeypatch):
+    monkeypatch.setattr("tempfile.mkstemp", read_only)
+    work = Work(lambda left: (left(1.0), time.sleep(1000)))
+    assert wait_for(lambda: work._left.value == 1.0)
+    work.end()
 
 
 def test_what_is_nearly_done_goes_on_after_the_command(place):
