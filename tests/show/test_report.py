@@ -255,7 +255,7 @@ def test_a_file_of_another_plan_is_refused_and_told_what_to_do(folder, tmp_path,
     assert run(["report", str(copy)]) == 3
     said = capfd.readouterr().err
     assert f"{name}' belongs to another plan than the grasps.npz beside it" in said
-    assert said.endswith("solve again with an --out of its own, or take the file away\n")
+    assert said.endswith("delete it, or make it again\n")
 
 
 @pytest.mark.parametrize("words", [["report"], ["view", "--html", "page.html"]])
