@@ -20,9 +20,7 @@ from sgnlp.base.errors import InputError
 from sgnlp.perception import depth_checks, free_space, level, mask_checks, masks
 from sgnlp.perception.clouds import checked_pose
 from sgnlp.perception.observation import DEFAULTS, Observation, ObservationSettings, observe
-
-TABLE_DIGITS = 4
-"""Decimals of the height [m] that pixels give a table."""
+from sgnlp.perception.table_beside import heights_around, median_height
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,15 +221,13 @@ def _seen(image: DepthImage, name: str, table_height: float | None) -> _Seen:
         notes += level.check(world[near], np.asarray(image.pose))
     except InputError as error:
         raise InputError(" ".join([f"image '{name}': {error}.", *hints]).rstrip(".")) from error
-    mask_of = mask_checks.without_table(world, marked & ~far, table_height)
-    told = [*mask_of.notes, *mask_checks.left_out(world, depth * image.unit, marked & ~far, table_height)]
-    rest = world[others | (marked & ~far & ~mask_of.kept)]
-    return _Seen(world[mask_of.kept], rest, world, mask_of.table, (*notes, *told))
+    chosen = marked & ~far
+    found = mask_checks.examined(world, depth * image.unit, chosen, table_height)
+    rest = world[others | (chosen & ~found.kept)]
+    return _Seen(world[found.kept], rest, world, found.table, (*notes, *found.notes))
 
 
 def _table(cloud: Array, rest: Array) -> tuple[float | None, int]:
     """The median height [m] of the pixels around a cloud, None if they are too few; and their number."""
-    around = mask_checks.heights_around(cloud, rest)
-    if around is None:
-        return None, 0
-    return round(float(np.median(around)), TABLE_DIGITS) + 0.0, len(around)  # never -0
+    around = heights_around(cloud, rest)
+    return (None, 0) if around is None else (median_height(around), len(around))

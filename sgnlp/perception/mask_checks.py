@@ -15,11 +15,8 @@ from scipy.spatial import cKDTree
 from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.base.errors import InputError
 from sgnlp.perception.depth_checks import MAX_DISAGREEMENT
+from sgnlp.perception.table_beside import heights_around
 
-REACH = 0.1
-"""The table is looked for this far around the object's cloud [m]."""
-FEWEST = 100
-"""Fewest pixels of a table."""
 FLAT, SPREAD = (0.003, 0.010), 3.0
 """[m] Pixels this near to the table's height lie on it: so many deviations of the table around, within these bounds."""
 DEVIATION = 1.4826
@@ -48,13 +45,6 @@ SWAPPED, RIGHT = 0.1, 0.75
 second above it."""
 
 
-def heights_around(cloud: Array, rest: Array) -> Array | None:
-    """Heights (n,) [m] of the other points within `REACH` of a cloud's box, seen from above; None if they are few."""
-    low, high = cloud[:, :2].min(axis=0) - REACH, cloud[:, :2].max(axis=0) + REACH
-    heights = rest[((rest[:, :2] > low) & (rest[:, :2] < high)).all(axis=1), 2]
-    return heights if len(heights) >= FEWEST else None
-
-
 def above_table(world: Array, marked: BoolArray, given: float | None) -> tuple[Array, float] | None:
     """Heights (height, width) [m] above the table around the marked pixels, and how far from 0 it still lies [m].
 
@@ -72,15 +62,48 @@ def above_table(world: Array, marked: BoolArray, given: float | None) -> tuple[A
     return None if (height[marked & measured] < -flat).mean() > MAX_BELOW else (height, flat)
 
 
-def on_table(world: Array, marked: BoolArray, given: float | None) -> tuple[BoolArray, BoolArray]:
-    """Marked pixels (height, width) of the table, and those that are higher, by the points (height, width, 3) [m].
+@dataclass(frozen=True, eq=False)
+class Mask:
+    """What a mask marks."""
+
+    kept: BoolArray  # (height, width) its pixels without those of the table
+    table: float = 0.0  # the share of them that lies on the table
+    notes: tuple[str, ...] = ()
+
+
+def examined(world: Array, depth: Array, marked: BoolArray, given: float | None) -> Mask:
+    """The marked pixels without those of the table, by the points (height, width, 3) and depths (height, width) [m].
+
+    If nearly all of them lie on the table, all are kept. The table's height [m] may be `given`.
+    """
+    found = above_table(world, marked, given)
+    if found is None:
+        return Mask(marked)
+    height, flat = found
+    table, higher = _on_table(world, marked, height, flat)
+    left = _left_out(depth, marked, height, flat)
+    count, whole = int(table.sum()), int(marked.sum())
+    share = count / whole
+    if higher.sum() < LEAST_HIGH * whole:
+        note = (
+            f"{share:.0%} of the marked pixels lie at the table's height: the mask marks the table, or something too "
+            "thin to tell from it."
+        )
+        return Mask(marked, share, (note, *left))
+    if share <= MAX_TABLE:
+        return Mask(marked, share, left)
+    note = (
+        f"Dropped {count} of {whole} marked pixels, {share:.1%}, that lie on the table, more than "
+        f"{1e3 * BESIDE:.0f} mm beside the object: the mask is too large, shifted, or of another image."
+    )
+    return Mask(marked & ~table, share, (note, *left))
+
+
+def _on_table(world: Array, marked: BoolArray, height: Array, flat: float) -> tuple[BoolArray, BoolArray]:
+    """Marked pixels (height, width) of the table, and those that are higher.
 
     Pixels of the table lie at its height, `BESIDE` all that is higher, and are not enclosed by it.
     """
-    found, table = above_table(world, marked, given), np.zeros_like(marked)
-    if found is None:
-        return table, marked
-    height, flat = found
     higher = marked & (height > flat)
     part, _ = ndimage.label(higher, np.ones((3, 3)))
     higher &= (height > 2 * flat) | (np.bincount(part.ravel())[part] >= SPECK)
@@ -90,60 +113,28 @@ def on_table(world: Array, marked: BoolArray, given: float | None) -> tuple[Bool
     (box,) = ndimage.find_objects(marked.astype(np.int8))
     enclosed = higher.copy()
     enclosed[box] |= ndimage.binary_fill_holes(ndimage.binary_closing(higher[box], iterations=CLOSED))
-    beside = low & ~enclosed
+    beside, table = low & ~enclosed, np.zeros_like(marked)
     table[beside] = np.asarray(cKDTree(world[higher][:, :2]).query(world[beside][:, :2])[0]) > BESIDE
     return table, higher
 
 
-@dataclass(frozen=True, eq=False)
-class Mask:
-    """What a mask marks."""
-
-    kept: BoolArray  # (height, width) its pixels without those of the table
-    table: float  # the share of them that lies on the table
-    notes: tuple[str, ...]
-
-
-def without_table(world: Array, marked: BoolArray, given: float | None = None) -> Mask:
-    """The marked pixels without those of the table, and a note on these; all of them if nearly all lie on it."""
-    table, higher = on_table(world, marked, given)
-    count, whole = int(table.sum()), max(int(marked.sum()), 1)
-    share = count / whole
-    if higher.sum() < LEAST_HIGH * whole:
-        note = (
-            f"{share:.0%} of the marked pixels lie at the table's height: the mask marks the table, or something too "
-            "thin to tell from it."
-        )
-        return Mask(marked, share, (note,))
-    if share <= MAX_TABLE:
-        return Mask(marked, share, ())
-    note = (
-        f"Dropped {count} of {whole} marked pixels, {share:.1%}, that lie on the table, more than "
-        f"{1e3 * BESIDE:.0f} mm beside the object: the mask is too large, shifted, or of another image."
-    )
-    return Mask(marked & ~table, share, (note,))
-
-
-def left_out(world: Array, depth: Array, marked: BoolArray, given: float | None = None) -> list[str]:
+def _left_out(depth: Array, marked: BoolArray, height: Array, flat: float) -> tuple[str, ...]:
     """A note if bodies go on beyond their marked pixels without a step of the depths (height, width) [m]."""
-    found = above_table(world, marked, given)
-    if found is None:
-        return []
-    measured = np.isfinite(world[..., 2])
+    measured = np.isfinite(height)
     farthest = ndimage.maximum_filter(np.where(measured, depth, -np.inf), 3)
     nearest = ndimage.minimum_filter(np.where(measured, depth, np.inf), 3)
     with np.errstate(invalid="ignore"):  # without a measured pixel around
-        smooth = measured & (found[0] > 2 * found[1]) & (farthest - nearest < STEP)
+        smooth = measured & (height > 2 * flat) & (farthest - nearest < STEP)
     body, count = ndimage.label(smooth)
     own, whole = (np.bincount(b.ravel(), minlength=count + 1)[1:] for b in (body[marked], body))
     chosen = own > TOUCHED * own.max(initial=0)
     share = 1 - own[chosen].sum() / max(whole[chosen].sum(), 1) if chosen.any() else 0.0
     if share <= MAX_LEFT_OUT:
-        return []
-    return [
+        return ()
+    return (
         f"The mask leaves out {share:.0%} of what joins its pixels without a step, more than {MAX_LEFT_OUT:.0%}: it "
-        "marks a part of the object or is shifted, or the object touches another."
-    ]
+        "marks a part of the object or is shifted, or the object touches another.",
+    )
 
 
 def swapped(
@@ -151,7 +142,7 @@ def swapped(
     masks: Sequence[BoolArray],
     shares: Sequence[float],
     names: Sequence[str],
-    given: float | None = None,
+    given: float | None,
 ) -> None:
     """Raise `InputError` if the masks of two images mark much of the table, by their shares, and exchanged do not."""
     for i, j in combinations(range(len(worlds)), 2):

@@ -17,6 +17,7 @@ from sgnlp.perception.observation import DEFAULTS, Observation, observe
 from sgnlp.perception.sampling import grid_sample
 from sgnlp.perception.scene_planes import ScenePlane
 from sgnlp.perception.scene_views import SceneView
+from sgnlp.perception.table_beside import heights_around, median_height, rounded
 
 NO_CLUSTER = 0
 """The number of pixels and obstacles that belong to no cluster."""
@@ -24,12 +25,8 @@ OBSTACLE_REACH = 0.3
 """[m] Points within this distance of the object may be in the hand's way: a hand is 0.2 m long."""
 OBSTACLE_CELL, OBSTACLE_POINTS = 0.005, 2000
 """Cell [m] and number: obstacles are thinned to one point in each cell, and each to at most this many points."""
-TABLE_REACH = 0.1
-"""[m] The table's height is the median of its points within this distance of the object."""
-TABLE_POINTS = 100
-"""Fewest of these points; with fewer, the height is that of the fitted plane."""
-TABLE_DIGITS = 4
-"""Decimals of that height [m]."""
+TABLE_NEAR = 0.01
+"""[m] Points this near to the fitted plane are the table's."""
 NEAR = 0.2
 """A cluster is near a place within this [m]: objects on a table stand closer than that."""
 
@@ -160,17 +157,13 @@ class Scene:
 
     def _table_height(self, cluster: Cluster) -> float:
         """The median height [m] of the table's points around a cluster, else the height of its plane there."""
-        low, high = cluster.points[:, :2].min(axis=0) - TABLE_REACH, cluster.points[:, :2].max(axis=0) + TABLE_REACH
-        around = []
-        for view, above in zip(self.views, self.above, strict=True):
-            table = view.points[view.measured & ~above]
-            near = (table[:, :2] > low).all(axis=1) & (table[:, :2] < high).all(axis=1)
-            around.append(table[near & (np.abs(self.table.heights(table)) < TABLE_REACH / 10)][:, 2])
-        heights = np.concatenate(around)
+        rest = [view.points[view.measured & ~above] for view, above in zip(self.views, self.above, strict=True)]
+        table = np.concatenate([points[np.abs(self.table.heights(points)) < TABLE_NEAR] for points in rest])
+        around = heights_around(cluster.points, table) if self.table.count else None
+        if around is not None:
+            return median_height(around)
         n, middle = self.table.normal, cluster.centre
-        plane = (self.table.offset - n[:2] @ middle[:2]) / n[2]
-        measured = self.table.count and len(heights) >= TABLE_POINTS
-        return round(float(np.median(heights) if measured else plane), TABLE_DIGITS) + 0.0  # never -0
+        return rounded((self.table.offset - n[:2] @ middle[:2]) / n[2])
 
     def _background(self, cluster: Cluster, kept: Sequence[int], own: Sequence[int]) -> dict[str, Any]:
         """The points that cameras measured around and behind a cluster, and the index of each camera among the kept
