@@ -1,4 +1,4 @@
-"""Child processes that end when their parent ends, however it ends."""
+"""Child processes that end when their parent ends, however it ends, and what Ctrl-C may not interrupt."""
 
 import ctypes
 import multiprocessing
@@ -30,6 +30,16 @@ def with_children() -> Iterator[None]:
         yield
     finally:
         process.daemon = before
+
+
+@contextmanager
+def uninterrupted() -> Iterator[None]:
+    """Block Ctrl-C; processes and threads that are started meanwhile inherit this and never receive it."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def die_with_parent() -> None:

@@ -7,8 +7,6 @@ import multiprocessing
 import time
 from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import TimeoutError as FutureTimeout
-from concurrent.futures import as_completed
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from math import inf
@@ -20,7 +18,8 @@ from threadpoolctl import threadpool_limits
 
 from sgnlp.base import semaphores
 from sgnlp.base.errors import SgnlpError, SolverError
-from sgnlp.base.processes import follow_parent, with_children
+from sgnlp.base.futures import Ended
+from sgnlp.base.processes import follow_parent, uninterrupted, with_children
 from sgnlp.planning.planner import Planner
 from sgnlp.planning.problem import Problem
 from sgnlp.planning.solution import Solution, solution
@@ -97,10 +96,14 @@ def map_starts(
         context=multiprocessing.get_context("fork"),
     )
     try:
-        waiting: dict[Any, Start] = {pool.schedule(_run, args=(task, s), timeout=timeout): s for s in starts}
-        with suppress(FutureTimeout):
-            for future in as_completed(list(waiting), _left(until)):
-                yield _result(future, waiting.pop(future), timeout)
+        ended, waiting = Ended(), dict[Any, Start]()
+        with uninterrupted():
+            for start in starts:
+                future = pool.schedule(_run, args=(task, start), timeout=timeout)
+                waiting[future] = start
+                ended.watch(future)
+        while waiting and (done := ended.wait(_left(until))):
+            yield from (_result(future, waiting.pop(future), timeout) for future in done)
         yield from (Failure(start.index, TOO_LATE) for start in waiting.values())
     finally:
         pool.stop()

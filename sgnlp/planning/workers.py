@@ -10,12 +10,11 @@
 
 import logging
 import math
-import signal
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
+from concurrent.futures import BrokenExecutor, CancelledError, Future
 from contextlib import contextmanager
 from importlib import import_module
 from multiprocessing import resource_tracker
@@ -25,7 +24,8 @@ from threadpoolctl import threadpool_limits
 
 from sgnlp.base import semaphores
 from sgnlp.base.errors import InputError, MachineError
-from sgnlp.base.processes import follow_parent, with_children
+from sgnlp.base.futures import Ended
+from sgnlp.base.processes import follow_parent, uninterrupted, with_children
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -62,7 +62,7 @@ class Workers:
         if self._alone:
             return _done(function, item)
         resource_tracker.ensure_running()  # loky's resource tracker unblocks Ctrl-C when it starts
-        with _uninterrupted():
+        with uninterrupted():
             if self._executor is None and self._client:
                 self._executor = self._client.get_executor(pure=False)
             elif self._executor is None:
@@ -114,7 +114,7 @@ def _done(function: Callable[[Item], Result], item: Item) -> "Future[Result]":
 
 def _client(scheduler: str) -> Any:
     try:
-        with _uninterrupted():
+        with uninterrupted():
             distributed = import_module("distributed")
             logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # we handle what it reports
             return distributed.Client(scheduler, timeout=CONNECTING, set_as_default=False)
@@ -135,15 +135,17 @@ def each(
     Raises:
         MachineError: the scheduler does not come back.
     """
-    waiting, suspects, flying = deque(items), deque[Item](), dict[Future[Result], Item]()
+    waiting, suspects, flying, ended = deque(items), deque[Item](), dict[Future[Result], Item](), Ended()
     trial = False  # whether the only running item is a suspect
 
     def fly(item: Item) -> None:
         try:
-            flying[workers.submit(function, item)] = item
+            future = workers.submit(function, item)
         except BrokenExecutor:  # an idle process died, which is no item's fault
             workers.close()
-            flying[workers.submit(function, item)] = item
+            future = workers.submit(function, item)
+        flying[future] = item
+        ended.watch(future)
 
     while waiting or suspects or flying:
         while waiting and len(flying) < workers.window:
@@ -151,7 +153,7 @@ def each(
         if suspects and not flying:
             trial = True
             fly(suspects.popleft())
-        for future in sorted(wait(flying, return_when=FIRST_COMPLETED).done, key=Future.cancelled):
+        for future in sorted(ended.wait(), key=Future.cancelled):
             item = flying.pop(future)
             try:
                 yield item, future.result()
@@ -165,6 +167,7 @@ def each(
                 workers.regain()
                 waiting.extend((item, *flying.values()))
                 flying.clear()
+                ended = Ended()
                 break
             except Exception as error:  # any error is this object's, not the batch's
                 yield item, _reason(error)
@@ -188,13 +191,3 @@ def one_at_a_time() -> Iterator[None]:
     """
     with _alone, with_children(), threadpool_limits(1):
         yield
-
-
-@contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Block Ctrl-C; processes and threads that are started meanwhile inherit this and never receive it."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

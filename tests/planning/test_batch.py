@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 from here import Here
 from plans import SMALL_FLAGS, small_plan
-from processes import TESTS, command_with, hang, interrupted, running, wait_for
+from processes import ALIVE, TESTS, command_with, group, hang, interrupted, running, wait_for
 from scenes import SMALL, ellipsoid, hand
 
 from sgnlp import load_grasps
@@ -542,6 +542,36 @@ def test_ctrl_c_ends_every_process_and_keeps_what_is_done():
     assert [row.name for row in read()] == ["one"]
     assert len(load_grasps("results/one")) == 3
     assert {path.name for path in Path("results").iterdir()} == {"one", "batch", exclusive.LOCK}
+
+
+LOCKS = """
+import os, signal, threading
+from pathlib import Path
+enter = threading.Condition.__enter__
+def interrupted(self):
+    found, sent = enter(self), Path("sent")
+    blocked = signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    ready = Path("results/batch/rows.csv").exists() and not sent.exists() and not blocked
+    if ready and threading.current_thread() is threading.main_thread():
+        sent.touch()
+        os.kill(os.getpid(), signal.SIGINT)
+    return found
+threading.Condition.__enter__ = interrupted
+"""
+"""Sends Ctrl-C where the process that waits takes a lock, from when the first object has ended."""
+
+
+def test_ctrl_c_while_a_lock_is_taken_ends_every_process_too():
+    files = [str(cloud(name, i)) for i, name in enumerate(("one", "hangs", "two"))]
+    here = f"sys.path.insert(0, {str(Path(__file__).parent)!r})"
+    code = "import sgnlp.planning.batch, test_batch; sgnlp.planning.batch.plan = test_batch.hanging"
+    patched = command_with(f"{here}; {code}; exec(test_batch.LOCKS)")
+    with running([*patched, "batch", *files, "--jobs", "2", "--starts", "3", *UNHURRIED, *LEANEST_FLAGS]) as process:
+        out, err = process.communicate(timeout=ALIVE)
+        assert (process.returncode, out, err.splitlines()[0]) == (codes.INTERRUPTED, "", "interrupted")
+        assert "Traceback" not in err
+        assert wait_for(lambda: not group(process.pid)), "a process is left"
+    assert Path("sent").exists()
 
 
 # A dask cluster -------------------------------------------------------------------------------------------------------
