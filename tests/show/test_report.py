@@ -5,6 +5,7 @@ import re
 import shlex
 import shutil
 from dataclasses import asdict, replace
+from fnmatch import fnmatch
 from hashlib import sha256
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from sgnlp.base.errors import InputError
 from sgnlp.base.presets import PRESETS, ROBUST, preset
 from sgnlp.cli import again, report, run
 from sgnlp.cli.flags import beginning
+from sgnlp.cli.simulate import PICTURE, SIMULATION
 from sgnlp.cli.solve import Solve
 from sgnlp.perception.observation import ObservationSettings, Reading
 from sgnlp.planning import reopen, results
@@ -28,6 +30,7 @@ from sgnlp.planning.cautions.plans import alike
 from sgnlp.show import sheets
 from sgnlp.show.report.content import best, distinct
 from sgnlp.show.report.figures import convergence
+from sgnlp.show.simulation_pictures import PHASES
 
 SMALL = ("--gpis.surface-points", "60", "--gpis.interior-points", "15", "--contact.mass", "0", "--contact.samples", "4")
 
@@ -240,6 +243,11 @@ def test_a_damaged_history_is_refused_in_one_line(folder, tmp_path, capfd, damag
     assert "history.npz' " in said
     assert said.endswith("; delete it, or solve again\n")
     assert said.count("\n") == 1
+
+
+def test_a_new_result_takes_away_what_report_and_simulate_write():
+    written = [report.HTML, report.MARKDOWN, SIMULATION, *map(PICTURE.format, PHASES)]
+    assert [name for name in written if not any(fnmatch(name, pattern) for pattern in results.AFTER)] == []
 
 
 @pytest.mark.parametrize("name", ["history.npz", "summary.json", "simulation.json"])
