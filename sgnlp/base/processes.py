@@ -5,6 +5,7 @@ import multiprocessing
 import os
 import signal
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -34,12 +35,24 @@ def with_children() -> Iterator[None]:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Block Ctrl-C; processes and threads that are started meanwhile inherit this and never receive it."""
+    """Hold Ctrl-C back until the end; processes and threads that are started meanwhile never receive it.
+
+    Those inherit the blocked signal. Blocking is not enough for the main thread: the kernel gives the signal to another
+    thread that does not block it, and Python then interrupts the main one. So its handler is replaced, too.
+    """
+    handler, came = signal.getsignal(signal.SIGINT), list[int]()
+    replaced = threading.current_thread() is threading.main_thread() and handler is not None
+    if replaced:
+        signal.signal(signal.SIGINT, lambda number, _: came.append(number))
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if replaced:
+            signal.signal(signal.SIGINT, handler)
+        if came:
+            signal.raise_signal(signal.SIGINT)
 
 
 def die_with_parent() -> None:

@@ -3,8 +3,9 @@
 import os
 import signal
 import threading
+import time
 from concurrent.futures import CancelledError, Future
-from threading import Condition, Thread
+from threading import Condition, Event, Thread
 
 import pytest
 
@@ -34,22 +35,31 @@ def test_every_future_is_told_once_in_the_order_in_which_they_end():
     assert ended.wait(0) == [done]
 
 
-def test_ctrl_c_while_the_lock_of_a_future_is_taken_leaves_it_free(monkeypatch):
-    ended, future, enter, sent = Ended(), Future(), Condition.__enter__, list[int]()
+@pytest.mark.parametrize("other_thread", [False, True])
+def test_ctrl_c_while_the_lock_of_a_future_is_taken_leaves_it_free(monkeypatch, other_thread):
+    ended, future, enter, sent, over = Ended(), Future(), Condition.__enter__, list[int](), Event()
+    if other_thread:  # the kernel gives a signal that one thread blocks to another
+        Thread(target=over.wait, daemon=True).start()
 
     def interrupted(self: Condition) -> bool:
         found = enter(self)
         if not sent and threading.current_thread() is threading.main_thread():
             sent.append(os.getpid())
             os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(0.1)  # the other thread receives it when it is given a core
         return found
+
+    def watched() -> None:
+        ended.watch(future)
+        time.sleep(10)
 
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background processes ignore it
     monkeypatch.setattr(Condition, "__enter__", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        ended.watch(future)
+        watched()
     signal.signal(signal.SIGINT, before)
     monkeypatch.undo()
+    over.set()
     assert sent
     thread = Thread(target=future.set_result, args=(1,), daemon=True)
     thread.start()
