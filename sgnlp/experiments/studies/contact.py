@@ -23,7 +23,11 @@ from sgnlp.perception.observation import Observation
 CAMERAS = 2
 OFF = "0.3 kg, μ 0.6, 20 mm off"
 TRIALS = LOADS | {OFF: replace(LOADS["0.3 kg, μ 0.6"], place_error=0.02)}
-MOVING = {"limits.rotation_deg": 10.0, "limits.shift": 0.01, "limits.give": 0.0}
+DIRECTIONS = 3
+"""Of the error of the hand's place: one says little about a grasp."""
+BEFORE = {"limits.place_error": 0.016, "rank_by": "margin"}
+MOVING = BEFORE | {"limits.rotation_deg": 10.0, "limits.shift": 0.01, "limits.give": 0.0}
+UNCERTAIN = {"weights.uncer": Weights().uncer, "smoothing.deviation": UNSURE.deviation}
 ALONE = {"closing.planned": False, "closing.c_freedom": 0.0, "limits.place_error": 0.0, "limits.effort": 0.0}
 PREGRASP = MOVING | ALONE
 AT_CONTACT = PREGRASP | {"closing.planned": True}
@@ -35,10 +39,12 @@ STEPS: Mapping[str, Mapping[str, Any]] = {
     "gap of 8 mm": WITHIN | {"limits.place_error": 0.008},
     "c of each finger": MOVING | {"limits.place_error": 0.008},
     "gap of 16 mm": MOVING,
-    "with E_uncer": MOVING | {"weights.uncer": Weights().uncer, "smoothing.deviation": UNSURE.deviation},
+    "with E_uncer": MOVING | UNCERTAIN,
     "links 4 mm clear": MOVING | {"closing.margin": 0.004},
-    "little motion": {},
-    "gap of 20 mm": {"limits.place_error": 0.02},
+    "little motion": BEFORE,
+    "little motion, E_uncer": BEFORE | UNCERTAIN,
+    "gap of 20 mm": BEFORE | {"limits.place_error": 0.02},
+    "ranked by confidence": {"limits.place_error": 0.02, "rank_by": "confidence"},
 }
 """Each step's changes of the preset `robust`, which is "little motion"."""
 
@@ -55,11 +61,14 @@ def trial(setup: Setup, file: Path, condition: Condition, views: list[str]) -> l
     plan = trials.planned(setup, file, condition, views)
     row = Row(load="", **trials.told(plan, condition, views))
     if plan.best is None:
-        return [replace(row, load=name) for name in TRIALS]
+        return [
+            replace(row, load=name) for name, s in TRIALS.items() for _ in range(DIRECTIONS if s.place_error else 1)
+        ]
     seed = setup.seed + crc32(row.object.encode())
     return [
-        replace(row, load=name, **trials.measured(trials.carried_out(plan, replace(settings, seed=seed))))
+        replace(row, load=name, **trials.measured(trials.carried_out(plan, replace(settings, seed=seed + direction))))
         for name, settings in TRIALS.items()
+        for direction in range(DIRECTIONS if settings.place_error else 1)
     ]
 
 
