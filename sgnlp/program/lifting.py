@@ -14,7 +14,7 @@ This is the chain rule, so the result equals the derivative of the substituted e
 """
 
 from bisect import bisect_left
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -82,7 +82,7 @@ class Lifting:
     def jacobian(self, rows: ca.SX) -> ca.SX:
         """∂rows/∂x (n, nx), still written in w."""
         J = self._at_zero([self._slope(rows)])[0]
-        for low, high, D in self._folds():
+        for low, high, D in self._folds:
             if (through := J[:, low:high]).nnz():
                 J = J + through @ D  # columns that are folded stay, and are not read again
         return J[:, : self.x.numel()]
@@ -98,7 +98,7 @@ class Lifting:
         if seconds:
             curvatures += ca.substitute(seconds, weights, [nu[u.low : u.high] for u in self._quantities])
         M, left = ca.triu(self._at_zero([_total(curvatures, n)])[0]), list(range(n))
-        for low, high, D in self._folds():
+        for low, high, D in self._folds:
             at = bisect_left(left, low)
             left[at : at + high - low] = []
             M = _folded(M, at, D[:, left])
@@ -155,16 +155,18 @@ class Lifting:
             g[before] += D[:, before].T @ g[u.low : u.high]
         return g
 
-    def _folds(self) -> Iterator[tuple[int, int, ca.SX]]:
+    @cached_property
+    def _folds(self) -> list[tuple[int, int, ca.SX]]:
         """(first index, one past the last, D over symbols not folded yet) of each quantity, in the order of folding."""
         order = sorted(range(len(self._quantities)), key=lambda i: (self._quantities[i].late, -i))
-        waiting = {i: self._slopes[i] for i in order}
+        waiting, folds = {i: self._slopes[i] for i in order}, []
         for i in order:
             u, D = self._quantities[i], waiting.pop(i)
-            yield u.low, u.high, D
+            folds.append((u.low, u.high, D))
             for j, other in waiting.items():
                 if j > i and (through := other[:, u.low : u.high]).nnz():
                     waiting[j] = _without(other, u.low, u.high) + through @ D
+        return folds
 
     def _at_zero(self, expressions: list[ca.SX]) -> list[ca.SX]:
         """The expressions with displacements 0, without the entries that become 0."""
