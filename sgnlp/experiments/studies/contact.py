@@ -28,6 +28,7 @@ DIRECTIONS = 3
 BEFORE = {"limits.place_error": 0.016, "rank_by": "margin"}
 MOVING = BEFORE | {"limits.rotation_deg": 10.0, "limits.shift": 0.01, "limits.give": 0.0}
 UNCERTAIN = {"weights.uncer": Weights().uncer, "smoothing.deviation": UNSURE.deviation}
+WIDE = {"limits.place_error": 0.02}
 ALONE = {"closing.planned": False, "closing.c_freedom": 0.0, "limits.place_error": 0.0, "limits.effort": 0.0}
 PREGRASP = MOVING | ALONE
 AT_CONTACT = PREGRASP | {"closing.planned": True}
@@ -42,9 +43,10 @@ STEPS: Mapping[str, Mapping[str, Any]] = {
     "with E_uncer": MOVING | UNCERTAIN,
     "links 4 mm clear": MOVING | {"closing.margin": 0.004},
     "little motion": BEFORE,
-    "little motion, E_uncer": BEFORE | UNCERTAIN,
-    "gap of 20 mm": BEFORE | {"limits.place_error": 0.02},
-    "ranked by confidence": {"limits.place_error": 0.02, "rank_by": "confidence"},
+    "gap of 20 mm": BEFORE | WIDE,
+    "E_uncer": BEFORE | UNCERTAIN,
+    "E_uncer, 16 mm": BEFORE | UNCERTAIN | {"smoothing.deviation": 0.016},
+    "E_uncer, gap of 20 mm": BEFORE | UNCERTAIN | WIDE,
 }
 """Each step's changes of the preset `robust`, which is "little motion"."""
 
