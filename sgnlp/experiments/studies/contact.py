@@ -47,6 +47,9 @@ STEPS: Mapping[str, Mapping[str, Any]] = {
     "E_uncer": BEFORE | UNCERTAIN,
     "E_uncer, 16 mm": BEFORE | UNCERTAIN | {"smoothing.deviation": 0.016},
     "E_uncer, gap of 20 mm": BEFORE | UNCERTAIN | WIDE,
+    "E_uncer of 5, gap of 20 mm": BEFORE | UNCERTAIN | WIDE | {"weights.uncer": 5.0},
+    "E_uncer, gap of 20 mm, links 10 mm clear": BEFORE | UNCERTAIN | WIDE | {"closing.margin": 0.01},
+    "gap of 24 mm": BEFORE | {"limits.place_error": 0.024},
 }
 """Each step's changes of the preset `robust`, which is "little motion"."""
 
