@@ -95,7 +95,10 @@ class Cleaning:
         valid = np.asarray((np.abs(self.points) <= limit).all(axis=1))
         share = 1.0 - valid.mean()
         if share > self.settings.max_invalid_share:
-            raise InputError(f"{share:.0%} of the points are too far from the origin, beyond {limit:g} m")
+            raise InputError(
+                f"{share:.0%} of the points are too far from the origin, beyond {limit:g} m: is another "
+                "column, such as the time, or another order of bytes taken for coordinates?"
+            )
         self.keep(valid, f"are beyond {limit:g} m")
         self.points = moved(self.points, pose)
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sgnlp.base.arrays import Array, BoolArray, floats
+from sgnlp.base.arrays import Array, BoolArray, as_array, floats
 from sgnlp.base.checked import require_fields, typed
 from sgnlp.base.errors import InputError
 from sgnlp.perception import depth_checks, free_space, level, mask_checks, masks
@@ -88,7 +88,7 @@ class DepthImage:
 def _raw(values: ArrayLike, what: str) -> NDArray[Any]:
     """The pixels of an image as they are given."""
     try:
-        return np.asarray(values)
+        return as_array(values, what)
     except ValueError:
         raise InputError(f"the {what} must be an array (height, width); the rows of these differ in length") from None
 

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from sgnlp.base.arrays import Array, IntArray, floats
 from sgnlp.base.checked import Checked, Positive, Typed, plain, typed
 from sgnlp.base.errors import InputError, unknown
-from sgnlp.perception import clouds
+from sgnlp.perception import clouds, point_arrays
 from sgnlp.perception.cleaning import Cleaning, ObservationSettings, check_shape, moved
 from sgnlp.perception.plausible import check_cameras, check_obstacles
 from sgnlp.perception.views import Cameras, in_order
@@ -199,7 +199,7 @@ def observe(
     """
     clouds.check_name(name)
     clouds.check_positive(mass=mass, friction=friction, scale=scale)
-    cloud, said = clouds.rows(points, "points")
+    cloud, said = point_arrays.rows(points, "points")
     cameras = Cameras.of(len(cloud), view, view_names, camera_positions)
     chosen = None if views is None else in_order(views)
     options = (cameras.names, table_height, scale, chosen, settings)
