@@ -60,6 +60,7 @@ class DepthImage:
         lost = depth < 0
         if raw.dtype.kind == "u":  # drivers write it for no return; it is also -1 as unsigned
             lost = raw == np.iinfo(raw.dtype).max
+        scaled = depth_checks.scale(depth)
         depth = np.where(lost, 0.0, depth)
         marked, notes = (None, []) if self.mask is None else _marked(self.mask, depth.shape)
         chosen, which = (np.ones_like(lost), "") if marked is None else (marked, "marked ")
@@ -71,7 +72,7 @@ class DepthImage:
         K, pose = checked_intrinsics(self.intrinsics), None if self.pose is None else checked_pose(self.pose)
         for name, value in {"depth": depth, "mask": marked, "intrinsics": K, "pose": pose}.items():
             object.__setattr__(self, name, value)
-        object.__setattr__(self, "notes", (*self.notes, *notes))
+        object.__setattr__(self, "notes", (*self.notes, *scaled, *notes))
 
     def points(self) -> Array:
         """World coordinates (height, width, 3) [m] of every pixel, NaN where nothing was measured.
