@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from sgnlp.base import signatures
 from sgnlp.base.arrays import Array, IntArray, floats, integers
 from sgnlp.base.errors import InputError, unknown
-from sgnlp.base.ranges import HEAVIEST
+from sgnlp.base.ranges import HEAVIEST, ROUGHEST
 from sgnlp.perception import depth_checks, open3d_files, point_files
 from sgnlp.perception.point_arrays import rows
 from sgnlp.perception.text_rows import directions
@@ -108,9 +108,10 @@ def safe_name(name: str) -> str:
 
 
 def check_positive(**values: float | None) -> None:
-    """Raise `InputError` for a property of a body, or a scale, that is given and not positive, or a mass in grams."""
+    """Raise `InputError` for a scale or property of a body that is given and not positive, or in another unit."""
+    bounds = {"mass": (HEAVIEST, f" of kg, at most {HEAVIEST:g}"), "friction": (ROUGHEST, f", at most {ROUGHEST:g}")}
     for key, value in values.items():
-        most, unit = (HEAVIEST, f" of kg, at most {HEAVIEST:g}") if key == "mass" else (np.finfo(float).max, "")
+        most, unit = bounds.get(key, (np.finfo(float).max, ""))
         if value is not None and not (np.asarray(value).dtype.kind in "fiu" and 0 < value <= most):
             raise InputError(f"'{key}' must be a positive number{unit}; found {value!r}")
 

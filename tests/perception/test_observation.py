@@ -189,6 +189,7 @@ BAD_ARRAYS = {
     "few cameras": ({"points_a": GOOD, "points_b": GOOD + 0.001, "camera_positions": np.eye(3)}, "3 rows for 2 views"),
     "bad camera": ({"points": GOOD, "camera_positions": [[np.nan, 0, 0]]}, "'camera_positions' must be finite"),
     "no mass": ({"points": GOOD, "mass": 0.0}, "'mass' must be a positive number of kg, .*; found 0.0"),
+    "a friction in degrees": ({"points": GOOD, "friction": 45.0}, "'friction' must be a positive number, at most 5"),
     "a mass in grams": ({"points": GOOD, "mass": 350.0}, "'mass' must be .* of kg, at most 100; found 350"),
     "a table in mm": ({"points": GOOD, "table_height": -35.0}, "the table at -35.0000 m is more than 10 m below"),
     "a result": ({"wrist": np.zeros((1, 7)), "tips_pregrasp": np.ones((1, 4, 3))}, "result of sgnlp solve, not a"),
