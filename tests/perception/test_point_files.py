@@ -240,6 +240,22 @@ def test_a_first_line_that_names_no_columns_is_told():
     assert text_rows.points(("x,y,z\n" + text("%.5f,%.5f,%.5f")).encode()).notes == ("Read commas as separators.",)
 
 
+def test_a_refusal_repeats_what_was_assumed_of_a_file(tmp_path):
+    file = tmp_path / "c.xyz"
+    file.write_text(text("%.3f %.5f %.5f %.5f", np.c_[np.random.default_rng(0).random(60), P]))
+    with pytest.raises(
+        InputError, match=r"m wide, .* \(Took the first 3 of 4 columns for x y z: no heading names them\.\)"
+    ):
+        load(file)
+    faces = b"element face 0\nproperty list uchar int vertex_indices\n".replace(b"face 0", b"face 1")
+    file = tmp_path / "c.ply"
+    file.write_bytes(
+        ply((6 * P).astype("<f4").tobytes()).replace(b"end_header", faces + b"end_header") + b"\3" + bytes(12)
+    )
+    with pytest.raises(InputError, match=r"\(Left 1 faces aside: `sgnlp observe`"):
+        load(file)
+
+
 def test_bytes_in_the_wrong_order_are_refused_in_one_line(tmp_path, recwarn):
     file = tmp_path / "c.ply"
     file.write_bytes(ply(P.astype("<f4").tobytes(), form="binary_big_endian"))
