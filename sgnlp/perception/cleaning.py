@@ -27,7 +27,7 @@ MARK_GAP = 0.1
 level top is nearer to the table than this. Other repeated coordinates must be farther than a body is wide."""
 MARKS_NAMED = 3
 """Largest number of marks that are named."""
-UNITS = {"mm": 0.001, "cm": 0.01, "inches": 0.0254}
+UNITS = {"micrometres": 1e-6, "mm": 0.001, "cm": 0.01, "inches": 0.0254}
 USUAL_WIDTH = (0.03, 0.4)
 """Usual widths of graspable objects [m], by which an error message guesses the unit of a cloud."""
 

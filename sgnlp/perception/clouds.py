@@ -270,4 +270,6 @@ def _offer(arrays: dict[str, object]) -> str:
     fitting = [key for key, a in shapes.items() if a.ndim > 1 and a.shape[-1] == 3 and a.dtype.kind in "fiu"]
     if not fitting and {"x", "y", "z"} <= {key.lower() for key in arrays}:
         return "save points=np.stack([x, y, z], axis=-1); "
+    if len(fitting) > 1:
+        return f"say which of {', '.join(fitting)} holds the points, such as --key {fitting[0]}; "
     return f"if '{fitting[0]}' holds the points, say --key {fitting[0]}; " if fitting else ""

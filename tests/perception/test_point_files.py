@@ -310,6 +310,12 @@ def test_points_under_another_key_are_offered_and_read(tmp_path):
         load(file, key="pcd")
 
 
+def test_of_several_arrays_that_may_be_the_points_all_are_offered(tmp_path):
+    np.savez(tmp_path / "c.npz", scene=P, cup=P)
+    with pytest.raises(InputError, match="say which of scene, cup holds the points, such as --key scene"):
+        load(tmp_path / "c.npz")
+
+
 def test_pickled_files_name_the_line_that_converts_them(tmp_path):
     np.save(tmp_path / "c.npy", {"pc": P}, allow_pickle=True)
     with pytest.raises(InputError, match=r"never read; .*np\.load\('c\.npy', allow_pickle=True\)"):
