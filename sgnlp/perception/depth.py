@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from sgnlp.base.arrays import Array, BoolArray, as_array, floats
 from sgnlp.base.checked import require_fields, typed
 from sgnlp.base.errors import InputError
-from sgnlp.perception import depth_checks, free_space, level, mask_checks, masks
+from sgnlp.perception import depth_checks, free_space, level, mask_checks, masks, pose_checks
 from sgnlp.perception.clouds import checked_pose
 from sgnlp.perception.observation import DEFAULTS, Observation, ObservationSettings, observe
 from sgnlp.perception.table_beside import heights_around, median_height
@@ -154,6 +154,7 @@ def arrays(images: Sequence[DepthImage], table_height: float | None = None) -> d
         for part in ("mask", "pose"):
             if getattr(image, part) is None:
                 raise InputError(f"the image '{name}' has no {part}; sgnlp.segment finds the objects without it")
+    pose_checks.check(images, names)
     seen = [_seen(image, name, table_height) for image, name in zip(images, names, strict=True)]
     masks_of = [np.asarray(image.mask) for image in images]
     mask_checks.swapped([one.world for one in seen], masks_of, [one.table for one in seen], names, table_height)

@@ -80,6 +80,21 @@ def test_one_image_as_two_views_is_refused_and_noted_where_the_poses_differ():
     assert "Two views, '0' and 'copy', are the same, number by number. If the scene" in notes[0]
 
 
+def test_poses_that_are_those_of_other_images_are_refused():
+    with pytest.raises(
+        InputError, match=r"the poses of the images '0' and '1' are swapped: .* exchanged tilted by 0.0"
+    ):
+        from_depth([replace(FRONT, pose=BACK.pose), replace(BACK, pose=FRONT.pose)])
+    with pytest.raises(
+        InputError, match=r"'0' and '1' have one pose, but \d+% of their pixels differ by more than 20 mm"
+    ):
+        from_depth([FRONT, replace(BACK, pose=FRONT.pose)])
+    again = FRONT.depth + np.random.default_rng(0).normal(0, 0.002, FRONT.depth.shape)  # a second shot from one place
+    assert len(arrays([FRONT, replace(FRONT, depth=again)])["notes"]) == 1
+    low = FRONT.pose - np.outer([0, 0, 1, 0], [0, 0, 0, 0.1])  # one pose is wrong, which exchanging does not mend
+    assert any("was measured at" in note for note in arrays([replace(FRONT, pose=low), BACK])["notes"])
+
+
 def test_without_pixels_around_the_object_the_table_is_left_to_the_cloud():
     bare = replace(FRONT, depth=np.where(FRONT.mask, FRONT.depth, 0.0))
     assert "table_height" not in arrays([bare])

@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.perception.observation import Observation
-from sgnlp.planning.cautions.clouds import plane
+from sgnlp.planning.cautions.clouds import bodies, plane
 from sgnlp.planning.cautions.measures import largest_plane, sample
 from sgnlp.planning.cautions.planned import Planned
 
@@ -37,7 +37,7 @@ toy planes, with 0.59, 0.78, 6.6 and 0.17. Upright planes are left out: the wing
 def touching(cloud: Observation, result: Planned) -> str:
     """Two parts that a narrow neck joins, seen from above."""
     found = neck(cloud.points)
-    if found is None or found.width > NECK:
+    if found is None or found.width > NECK or bodies(cloud, result):
         return ""
     parts = (
         f"two parts, the smaller of {found.share:.0%}, that a neck {found.width:.0%} as wide as the narrower one joins"
