@@ -151,6 +151,17 @@ def test_a_term_that_casadi_cannot_take_or_that_is_no_number_is_told_by_name():
         def value(self, g, op):
             return g.gains
 
+    class Nothing(sgnlp.Term):
+        def value(self, g, op):
+            op.sum(g.gains)
+
+    class Leaving(sgnlp.Term):
+        def value(self, g, op):
+            raise SystemExit(0)
+
+    for ours, said in ((Nothing(), "'nothing' gives no value; return one"), (Leaving(), "CasADi .*: SystemExit: 0")):
+        with pytest.raises(sgnlp.InputError, match=said):
+            build(hand(), problem(terms=(ours,)).structure(FORMULATIONS["penalty"]))
     line = r"at line \d+, 'return np.linalg.norm\(g.contacts\)'"
     with pytest.raises(
         sgnlp.InputError, match=rf"term 'odd' cannot be written in CasADi {line}: .*`op`, such as op\.sum"

@@ -10,12 +10,13 @@ HEAVIEST = 100.0
 """[kg] No hand lifts more; a mass in grams is more."""
 SOFTEST, STIFFEST = 1.0, 1e5
 """[N/m] Gains are 40 to 400 (paper). In N/mm they would be below 1; at 100 N/mm, 0.1 mm of error makes 10 N."""
+ROUGHEST = 5.0
+"""Friction coefficient: dry rubber has about 1, the softest silicones about 3; an angle in degrees is more."""
 
 Mass = Annotated[float, (0.0, HEAVIEST)]
 BodyMass = Annotated[float, (TINY, HEAVIEST)]
 """Of a body, which has one."""
-Friction = Annotated[float, (TINY, 5.0)]
-"""Dry rubber has about 1, the softest silicones about 3."""
+Friction = Annotated[float, (TINY, ROUGHEST)]
 Force = Annotated[float, (0.0, 1e4)]
 """[N] Ten times the bound of the preset `paper`, which is so high that it hardly limits anything."""
 LargestForce = Annotated[float, (TINY, 1e4)]

@@ -282,6 +282,7 @@ def pose(node: Any, where: str) -> Array:
 
 def euler_rotation(euler_deg: Any, where: str) -> Array:
     """The rotation Rx(a) Ry(b) Rz(c) of intrinsic XYZ angles (3,) [deg]."""
-    angles = np.radians(numbers(euler_deg, (3,), where))
-    rx, ry, rz = (pin.utils.rotate(axis, angle) for axis, angle in zip("xyz", angles, strict=True))
+    angles = numbers(euler_deg, (3,), where)
+    plausible.check_degrees(angles, where)
+    rx, ry, rz = (pin.utils.rotate(axis, angle) for axis, angle in zip("xyz", np.radians(angles), strict=True))
     return rx @ ry @ rz

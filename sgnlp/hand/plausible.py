@@ -32,6 +32,9 @@ class Span:
 
 
 METRES = "is it in metres?"
+RADIANS = ((np.pi / 2, 0.005), (np.pi / 4, 0.0005))
+"""Angles that are whole multiples of the first numbers, but for the rounding of the second [rad]: two digits tell a
+quarter turn, three an eighth. No angle of the package's hands in degrees is one."""
 RADIUS = Span(0.0, 0.5, "m", METRES)  # the UR10's elbow has 0.135 m, a finger's bone of 4 mm would be 4
 PAD = Span(0.0, 0.1, "m", METRES)  # 0.012 m; one of 5 mm in centimetres would be 0.5
 PLACE = Span(0.0, 1.0, "m from 0", METRES)  # wrist starts up to 0.21 m, mounts up to 0.1 m
@@ -84,3 +87,17 @@ def check_beside(point: ArrayLike, radius: float, link: str, model: pin.Model, w
             f"{where} is {away:g} m off its link '{link}', more than the {most:.2g} m that links are apart; "
             "is it in metres, in the frame of that link?"
         )
+
+
+def check_degrees(angles: Array, where: str) -> None:
+    """Raise `InputError`, which calls the angles (n,) `where`, if one of them is a part of π: 1.57, 3.1416, 0.785."""
+    for angle in angles:
+        for part, digits in RADIANS:
+            parts = np.abs(angle) / part
+            if (
+                0 < np.round(parts) <= 2 * np.pi / part
+                and np.abs(angle - np.sign(angle) * np.round(parts) * part) < digits
+            ):
+                raise InputError(
+                    f"{where} must be degrees, not {angle:g}, which is a part of π: {np.degrees(angle):.0f}?"
+                )

@@ -10,14 +10,17 @@ from typing import Any
 import numpy as np
 import yaml
 
-from sgnlp.base.arrays import Array, floats
+from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
+from sgnlp.base.signatures import HEAD, kind_of
 from sgnlp.base.yaml_nodes import Loader
+from sgnlp.perception.camera_poses import MILLIMETRE, numbers, only, pose_of
 
 YAML_SUFFIXES = (".yaml", ".yml")
-MILLIMETRE = 0.001  # [m] the unit of BOP's translations, and of its depth_scale
 MATRICES = ("K", "k", "camera_matrix", "Camera_Matrix", "cameraMatrix", "cam_K", "intrinsics", "intrinsic")
 """Keys of the nine numbers of K."""
+NULLABLE = ("pose", "extrinsic", *MATRICES)
+"""Keys that may be null, for what is not known."""
 SIZES = (("width", "height"), ("image_width", "image_height"), ("image_Width", "image_Height"))
 """Keys of an image's size."""
 DISTORTION = (
@@ -26,6 +29,9 @@ DISTORTION = (
     *("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2"),
 )
 """Keys of the lens's distortion, in one list or one by one."""
+PIXEL = 0.5
+"""[px] Intrinsics of one file that differ by more are of different streams; printed ones have at least one digit."""
+EXAMPLE = '{"K": [9 numbers], "pose": [16 numbers]}'
 KNOWN = (
     "K and pose, Open3D's (intrinsic, extrinsic), OpenCV's camera_matrix or ROS's CameraInfo (k or K, d or D) with a "
     "pose, RealSense's (fx, fy, ppx, ppy) with a pose, or BOP's (cam_K, cam_R_w2c, cam_t_w2c)"
@@ -65,28 +71,39 @@ def read(path: Path, image: str, posed: bool = True) -> Camera:
     The pose may be missing unless `posed`. Raises `InputError`, which says what is missing, without the path.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = _text(path.read_bytes())
         if text.lstrip().startswith("<"):
             raise InputError("is XML; save it as YAML (OpenCV writes that into a file that ends in .yml) or as JSON")
         loaded = _yaml(text) if path.suffix.lower() in YAML_SUFFIXES else _json(text)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}") from error
     except (ValueError, TypeError, yaml.YAMLError, RecursionError) as error:
-        raise InputError(f"is not the JSON or YAML of a camera: {' '.join(str(error).split())}") from error
+        reason = " ".join(str(error).split())
+        raise InputError(f"is not the JSON or YAML of a camera: {reason}; write {EXAMPLE}") from error
+    if isinstance(loaded, list) and len(loaded) == 1:
+        (loaded,) = loaded
     if not isinstance(loaded, Mapping):
         raise InputError(f"is not the JSON or YAML of a camera, which has {KNOWN}")
-    found = _one(dict(loaded), image)
+    found = {key: value for key, value in _one(dict(loaded), image).items() if key not in NULLABLE or value is not None}
     inner = [found[key] for key in MATRICES if isinstance(found.get(key), Mapping) and "data" not in found[key]]
     source = found | dict(inner[0]) if inner else found
     _undistorted(source)
+    _uncropped(source)
     K = _intrinsics(source)
-    pose, notes = _pose(found, posed)
+    pose, notes = pose_of(found, posed)
     unit = None
     if "cam_K" in found and "depth_scale" in found:
-        unit = float(_numbers(found, "depth_scale", 1)[0]) * MILLIMETRE
+        unit = float(numbers(found, "depth_scale", 1)[0]) * MILLIMETRE
     elif "depth_scale" in found:  # metres for RealSense, millimetres for BOP
         notes.append(f"Did not use 'depth_scale', {found['depth_scale']}, of the camera's file; see --unit.")
     return Camera(K, pose, _size(source), unit, tuple(notes))
+
+
+def _text(content: bytes) -> str:
+    """The text of a file, from UTF-8 or UTF-16. Raises `InputError` if its first bytes are those of another kind."""
+    if kind := kind_of(content[:HEAD]):
+        raise InputError(f"is {kind.name}, not the JSON or YAML of a camera, such as {EXAMPLE}")
+    return content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
 
 
 def _yaml(text: str) -> Any:
@@ -107,20 +124,6 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def _numbers(found: Mapping[str, Any], key: str, count: int | None) -> Array:
-    """All numbers of an array one after the other, which may be written as rows, cols and data."""
-    value = found[key]
-    value, matrix = (value["data"], value) if isinstance(value, Mapping) and "data" in value else (value, {})
-    try:
-        numbers = floats(np.ravel(value), key, (count,))
-    except ValueError as error:
-        raise InputError(f"'{key}' must be an array of real numbers; its rows differ in length") from error
-    rows, columns = matrix.get("rows"), matrix.get("cols")
-    if isinstance(rows, int) and isinstance(columns, int) and rows * columns != len(numbers):
-        raise InputError(f"'{key}' must have rows x cols numbers, {rows} x {columns}; found {len(numbers)}")
-    return numbers
-
-
 def _one(found: dict[str, Any], image: str) -> dict[str, Any]:
     """The entry of a scene_camera.json, which has one for each number of an image."""
     if "parameters" in found and isinstance(found["parameters"], list):
@@ -133,7 +136,7 @@ def _one(found: dict[str, Any], image: str) -> dict[str, Any]:
         )
     entries = {str(key): entry for key, entry in found.items() if str(key).isdecimal() and isinstance(entry, Mapping)}
     if not entries or len(entries) < len(found):
-        return found
+        return _named(found, image)
     number = str(int(image)) if image.isdecimal() else None
     if len(entries) > 1 and number not in entries:
         raise InputError(
@@ -142,62 +145,66 @@ def _one(found: dict[str, Any], image: str) -> dict[str, Any]:
     return dict(entries[number] if number in entries else next(iter(entries.values())))
 
 
+def _named(found: dict[str, Any], image: str) -> dict[str, Any]:
+    """The camera with the name of the image, if the entries of a file are cameras; else the file as it is."""
+    inner = (*MATRICES, "intrinsic_matrix", "fx")
+    if not found or not all(
+        isinstance(entry, Mapping) and any(key in entry for key in inner) for entry in found.values()
+    ):
+        return found
+    if set(found) & set(MATRICES):  # the intrinsics of one camera
+        return found
+    cameras = {Path(str(name)).stem: entry for name, entry in found.items()}
+    if len(cameras) > 1 and image not in cameras:
+        raise InputError(
+            f"has the cameras {', '.join(cameras)}, none of which is '{image}'; save one of them as a file"
+        )
+    return dict(cameras.get(image, next(iter(cameras.values()))))
+
+
 def _intrinsics(found: Mapping[str, Any]) -> Array:
     """K (3, 3) from rows, or from all numbers row by row; Open3D's, which are column by column, transposed."""
-    for key in MATRICES:
-        if key in found and not (isinstance(found[key], Mapping) and "data" not in found[key]):
-            return _numbers(found, key, 9).reshape(3, 3)
+    known = {key: _nine(found, key) for key in MATRICES if key in found and _is_array(found[key])}
     if "intrinsic_matrix" in found:
-        K = _numbers(found, "intrinsic_matrix", 9).reshape(3, 3)
-        return K if np.array_equal(K[2], [0, 0, 1]) else K.T
+        K = _nine(found, "intrinsic_matrix")
+        known["intrinsic_matrix"] = K if np.array_equal(K[2], [0, 0, 1]) else K.T
+    if known:
+        return only("intrinsics", known, PIXEL)
     names = ("fx", "fy", *(("ppx", "ppy") if "ppx" in found else ("cx", "cy")))
     missing = [name for name in names if name not in found]
     if missing:
         name = "K" if "fx" not in found else missing[0]
         raise InputError(f"the key '{name}' is missing; a camera has {KNOWN}")
-    fx, fy, cx, cy = (float(_numbers(found, name, 1)[0]) for name in names)
+    fx, fy, cx, cy = (float(numbers(found, name, 1)[0]) for name in names)
     return np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]])
 
 
-def _pose(found: Mapping[str, Any], posed: bool) -> tuple[Array | None, list[str]]:
-    """The pose, camera to world, and a note if the file has the inverse."""
-    if "pose" in found:
-        return _matrix(found), []
-    if "extrinsic" in found:
-        extrinsic = _numbers(found, "extrinsic", 16).reshape(4, 4)
-        by_columns = np.array_equal(extrinsic[:, 3], [0, 0, 0, 1])
-        return _inverse(extrinsic.T if by_columns else extrinsic), ["Inverted 'extrinsic', which is world to camera."]
-    if "cam_R_w2c" in found and "cam_t_w2c" in found:
-        world = np.eye(4)
-        world[:3, :3] = _numbers(found, "cam_R_w2c", 9).reshape(3, 3)
-        world[:3, 3] = _numbers(found, "cam_t_w2c", 3) * MILLIMETRE
-        return _inverse(world), ["Inverted 'cam_R_w2c' and 'cam_t_w2c', which are world to camera in mm."]
-    if not posed:
-        return None, []
-    raise InputError(
-        "the key 'pose' is missing: the 16 numbers of the matrix from the camera's (optical) frame to the world; "
-        f"a camera has {KNOWN}"
-    )
+def _is_array(value: object) -> bool:
+    return not isinstance(value, Mapping) or "data" in value
 
 
-def _matrix(found: Mapping[str, Any]) -> Array:
-    """The pose (4, 4), or its upper rows (3, 4)."""
-    value = found["pose"]
-    numbers = None if isinstance(value, Mapping) and "data" not in value else _numbers(found, "pose", None)
-    if numbers is None or len(numbers) == 7:
+def _nine(found: Mapping[str, Any], key: str) -> Array:
+    """The numbers (3, 3) of K."""
+    entries = numbers(found, key, None)
+    if len(entries) != 9:
         raise InputError(
-            "'pose' has a quaternion; give the matrix [[R, t], [0 0 0 1]] with "
-            "R = scipy.spatial.transform.Rotation.from_quat([x, y, z, w]).as_matrix()"
+            f"'{key}' has {len(entries)} numbers; give the 9 of [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] by rows, or the "
+            "keys fx, fy, cx and cy"
         )
-    if len(numbers) not in (12, 16):
-        raise InputError(f"'pose' must have the 16 numbers of [[R, t], [0 0 0 1]]; found {len(numbers)}")
-    return numbers.reshape(-1, 4)
+    return entries.reshape(3, 3)
 
 
-def _inverse(pose: Array) -> Array:
-    """The inverse of a rigid motion; for any other matrix the result is not rigid either."""
-    R, t = pose[:3, :3], pose[:3, 3]
-    return np.block([[R.T, -(R.T @ t)[:, None]], [pose[3:]]])
+def _uncropped(found: Mapping[str, Any]) -> None:
+    """Refuse a ROS camera whose images are a part of the sensor's, or binned: its K is that of all pixels."""
+    part = found.get("roi")
+    offsets = [part.get(key) or 0 for key in ("x_offset", "y_offset")] if isinstance(part, Mapping) else []
+    binned = [key for key in ("binning_x", "binning_y") if (found.get(key) or 0) not in (0, 1)]
+    if any(offsets) or binned:
+        what = f"'{binned[0]}' of {found[binned[0]]}" if binned else f"a 'roi' from {offsets[0]}, {offsets[1]} on"
+        raise InputError(
+            f"has {what}, and in ROS K is that of the whole sensor: give the K of these images (cx, cy less the "
+            "offsets of the roi, then fx, fy, cx, cy over the binning) and leave it out"
+        )
 
 
 def _undistorted(found: Mapping[str, Any]) -> None:
@@ -207,7 +214,7 @@ def _undistorted(found: Mapping[str, Any]) -> None:
         if isinstance(value, Mapping) and "data" not in value:
             _undistorted(value)
         elif value is not None:
-            coefficients = _numbers(found, key, None)
+            coefficients = numbers(found, key, None)
             if not (coefficients == 0).all():
                 raise InputError(
                     f"the lens distortion '{key}' is not zero, but images must be rectified: rectify them, or if they "
@@ -223,6 +230,6 @@ def _size(found: Mapping[str, Any]) -> tuple[float, float] | None:
         if len(there) == 1:
             raise InputError(f"has '{there[0]}' alone; give both '{names[0]}' and '{names[1]}', or neither")
         if there:
-            width, height = (float(_numbers(found, name, 1)[0]) for name in names)
+            width, height = (float(numbers(found, name, 1)[0]) for name in names)
             return width, height
     return None

@@ -27,7 +27,7 @@ MARK_GAP = 0.1
 level top is nearer to the table than this. Other repeated coordinates must be farther than a body is wide."""
 MARKS_NAMED = 3
 """Largest number of marks that are named."""
-UNITS = {"mm": 0.001, "cm": 0.01, "inches": 0.0254}
+UNITS = {"micrometres": 1e-6, "mm": 0.001, "cm": 0.01, "inches": 0.0254}
 USUAL_WIDTH = (0.03, 0.4)
 """Usual widths of graspable objects [m], by which an error message guesses the unit of a cloud."""
 
@@ -95,7 +95,10 @@ class Cleaning:
         valid = np.asarray((np.abs(self.points) <= limit).all(axis=1))
         share = 1.0 - valid.mean()
         if share > self.settings.max_invalid_share:
-            raise InputError(f"{share:.0%} of the points are too far from the origin, beyond {limit:g} m")
+            raise InputError(
+                f"{share:.0%} of the points are too far from the origin, beyond {limit:g} m: is another "
+                "column, such as the time, or another order of bytes taken for coordinates?"
+            )
         self.keep(valid, f"are beyond {limit:g} m")
         self.points = moved(self.points, pose)
 

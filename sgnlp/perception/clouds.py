@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.base import signatures
 from sgnlp.base.arrays import Array, IntArray, floats, integers
 from sgnlp.base.errors import InputError, unknown
-from sgnlp.base.ranges import HEAVIEST
-from sgnlp.perception import depth_checks, point_files
+from sgnlp.base.ranges import HEAVIEST, ROUGHEST
+from sgnlp.perception import depth_checks, open3d_files, point_files
+from sgnlp.perception.point_arrays import rows
 from sgnlp.perception.text_rows import directions
 
 PER_CAMERA = "points_"  # prefix of the keys of a file with one array per camera
@@ -65,6 +67,7 @@ def read(path: str | Path, key: str | None = None) -> dict[str, Any]:
             raise InputError("there is no such file")
         if not path.is_file():
             raise InputError(f"is not a regular file; give {EXPECTED}")
+        _refuse_others(path)
         if path.suffix.lower() in point_files.SUFFIXES:
             text = point_files.read(path)
             return {"points": text.points, "name": safe_name(path.stem), "notes": text.notes}
@@ -76,6 +79,16 @@ def read(path: str | Path, key: str | None = None) -> dict[str, Any]:
         raise InputError(f"cannot be read: {error.strerror or error}") from error
     except MemoryError as error:
         raise InputError("does not fit into the memory") from error
+
+
+def _refuse_others(path: Path) -> None:
+    """Raise `InputError` for the mesh or the other file that the suffix or the first bytes show."""
+    suffix = path.suffix.lower()
+    if suffix in (*open3d_files.MESH_SUFFIXES, *open3d_files.OTHER_MESHES) and suffix not in point_files.SUFFIXES:
+        raise InputError(f"is a mesh; {signatures.MESH}, or give {EXPECTED}")
+    own = (suffix[1:],) if suffix in point_files.SUFFIXES else ("npy", "zip")
+    with path.open("rb") as stream:
+        signatures.refuse_others(stream.read(signatures.HEAD), *own)
 
 
 def check_name(name: str) -> None:
@@ -95,9 +108,10 @@ def safe_name(name: str) -> str:
 
 
 def check_positive(**values: float | None) -> None:
-    """Raise `InputError` for a property of a body, or a scale, that is given and not positive, or a mass in grams."""
+    """Raise `InputError` for a scale or property of a body that is given and not positive, or in another unit."""
+    bounds = {"mass": (HEAVIEST, f" of kg, at most {HEAVIEST:g}"), "friction": (ROUGHEST, f", at most {ROUGHEST:g}")}
     for key, value in values.items():
-        most, unit = (HEAVIEST, f" of kg, at most {HEAVIEST:g}") if key == "mass" else (np.finfo(float).max, "")
+        most, unit = bounds.get(key, (np.finfo(float).max, ""))
         if value is not None and not (np.asarray(value).dtype.kind in "fiu" and 0 < value <= most):
             raise InputError(f"'{key}' must be a positive number{unit}; found {value!r}")
 
@@ -153,29 +167,6 @@ def obstacles(points: object, numbers: object) -> tuple[Array, IntArray] | None:
     if len(which) != len(place):
         raise InputError(f"'obstacle' has {len(which)} entries for {len(place)} points")
     return place, which
-
-
-def rows(value: object, name: str) -> tuple[Array, tuple[str, ...]]:
-    """Points (N, 3) from an array of that shape, an image (H, W, 3) or a record array with fields x, y, z; and notes.
-
-    Raises `InputError` for another shape, with an expression that corrects it if one is known.
-    """
-    try:
-        array = np.asarray(value)
-    except ValueError:
-        raise InputError(f"'{name}' must be an array (N, 3) of real numbers; its rows differ in length") from None
-    names = array.dtype.names or ()
-    if {"x", "y", "z"} <= set(names):
-        array = np.stack([array[axis] for axis in "xyz"], axis=-1)
-    shape = array.shape
-    if len(shape) == 2 and shape[0] == 3 != shape[1] and array.dtype.kind in "fiu":
-        raise InputError(f"'{name}' is of shape {shape}: a point a column; save its transpose, {name}.T")
-    if len(shape) == 2 and shape[1] > 3 and array.dtype.kind in "fiu":
-        raise InputError(f"'{name}' is of shape {shape}; save the three columns of x y z alone, such as {name}[:, :3]")
-    if len(shape) > 2 and shape[-1] == 3:
-        array = array.reshape(-1, 3)
-        return floats(array, name, (None, 3)), (f"Took '{name}' of shape {shape} for {len(array)} points.",)
-    return floats(value if not names else array, name, (None, 3)), ()
 
 
 def _arrays(path: Path) -> dict[str, object] | NDArray[np.generic]:
@@ -252,7 +243,8 @@ def _plain(found: dict[str, Any], stem: str) -> None:
         found["notes"] = tuple(map(str, notes))
     for key in NUMBERS:
         if key in found:
-            found[key] = float(floats(found[key], key, ()))
+            one = np.asarray(found[key])
+            found[key] = float(floats(one.reshape(()) if one.size == 1 else one, key, ()))
 
 
 def _cameras(arrays: dict[str, object]) -> tuple[list[str], list[str]]:
@@ -276,4 +268,8 @@ def _offer(arrays: dict[str, object]) -> str:
         return "it is a result of sgnlp solve, not a cloud; "
     shapes = {key: np.asarray(array) for key, array in arrays.items() if key not in (*OPTIONAL_KEYS, *ATTRIBUTES)}
     fitting = [key for key, a in shapes.items() if a.ndim > 1 and a.shape[-1] == 3 and a.dtype.kind in "fiu"]
+    if not fitting and {"x", "y", "z"} <= {key.lower() for key in arrays}:
+        return "save points=np.stack([x, y, z], axis=-1); "
+    if len(fitting) > 1:
+        return f"say which of {', '.join(fitting)} holds the points, such as --key {fitting[0]}; "
     return f"if '{fitting[0]}' holds the points, say --key {fitting[0]}; " if fitting else ""

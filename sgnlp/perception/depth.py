@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sgnlp.base.arrays import Array, BoolArray, floats
+from sgnlp.base.arrays import Array, BoolArray, as_array, floats
 from sgnlp.base.checked import require_fields, typed
 from sgnlp.base.errors import InputError
-from sgnlp.perception import depth_checks, free_space, level, mask_checks, masks
+from sgnlp.perception import depth_checks, free_space, level, mask_checks, masks, pose_checks
 from sgnlp.perception.clouds import checked_pose
 from sgnlp.perception.observation import DEFAULTS, Observation, ObservationSettings, observe
 from sgnlp.perception.table_beside import heights_around, median_height
@@ -60,6 +60,7 @@ class DepthImage:
         lost = depth < 0
         if raw.dtype.kind == "u":  # drivers write it for no return; it is also -1 as unsigned
             lost = raw == np.iinfo(raw.dtype).max
+        scaled = depth_checks.scale(depth)
         depth = np.where(lost, 0.0, depth)
         marked, notes = (None, []) if self.mask is None else _marked(self.mask, depth.shape)
         chosen, which = (np.ones_like(lost), "") if marked is None else (marked, "marked ")
@@ -71,7 +72,7 @@ class DepthImage:
         K, pose = checked_intrinsics(self.intrinsics), None if self.pose is None else checked_pose(self.pose)
         for name, value in {"depth": depth, "mask": marked, "intrinsics": K, "pose": pose}.items():
             object.__setattr__(self, name, value)
-        object.__setattr__(self, "notes", (*self.notes, *notes))
+        object.__setattr__(self, "notes", (*self.notes, *scaled, *notes))
 
     def points(self) -> Array:
         """World coordinates (height, width, 3) [m] of every pixel, NaN where nothing was measured.
@@ -88,7 +89,7 @@ class DepthImage:
 def _raw(values: ArrayLike, what: str) -> NDArray[Any]:
     """The pixels of an image as they are given."""
     try:
-        return np.asarray(values)
+        return as_array(values, what)
     except ValueError:
         raise InputError(f"the {what} must be an array (height, width); the rows of these differ in length") from None
 
@@ -153,6 +154,7 @@ def arrays(images: Sequence[DepthImage], table_height: float | None = None) -> d
         for part in ("mask", "pose"):
             if getattr(image, part) is None:
                 raise InputError(f"the image '{name}' has no {part}; sgnlp.segment finds the objects without it")
+    pose_checks.check(images, names)
     seen = [_seen(image, name, table_height) for image, name in zip(images, names, strict=True)]
     masks_of = [np.asarray(image.mask) for image in images]
     mask_checks.swapped([one.world for one in seen], masks_of, [one.table for one in seen], names, table_height)

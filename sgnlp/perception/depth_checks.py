@@ -18,6 +18,8 @@ NEAREST, FARTHEST = 0.07, 5.0
 """[m] The nearest depth of a RealSense D405, made for close range; at 5 m stereo noise is 5 cm, an object's width."""
 UNITS = (1.0, 0.001, 0.0001)
 """[m] Units that an error message proposes: metres, millimetres, and those of BOP and of some RealSense cameras."""
+NORMALISED = 1.0
+"""The largest of numbers that were divided by their largest."""
 MAX_STEP, REFUSED_STEP = 0.003, 0.017
 """[m] Largest step without a note, and without refusal. A step s adds a deviation of s / √12: 0.9 mm, that of a camera;
 5 mm, the noise that a plan assumes."""
@@ -132,6 +134,19 @@ def depths(values: Array, unit: float, what: str = "object") -> list[str]:
             "stairs. Take images of 16 bits or of floats."
         )
     return notes
+
+
+def scale(depth: Array) -> list[str]:
+    """A note on depths (height, width) that were normalised. Raises `InputError` if all of them are negative."""
+    values = depth[np.isfinite(depth) & (depth != 0)]
+    if len(values) and values.max() < 0:
+        raise InputError("all depths are negative, as OpenGL's z is: give their absolute values")
+    if not len(values) or values.max() != NORMALISED or (values == np.round(values)).all():
+        return []
+    return [
+        f"The largest depth is exactly {NORMALISED:g}: right for depths that were cut off there; if they were "
+        f"normalised to 0 .. {NORMALISED:g}, give them as they were."
+    ]
 
 
 def places(cameras: Array, clouds: Sequence[Array], tables: Sequence[float | None], table: float | None) -> list[str]:

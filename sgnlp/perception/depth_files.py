@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from sgnlp.base.errors import InputError
+from sgnlp.base.signatures import HEAD, PICTURES, refuse_others
 from sgnlp.perception import camera_files, masks
 from sgnlp.perception.clouds import checked_pose
 from sgnlp.perception.depth import DepthImage, checked_intrinsics
@@ -90,14 +91,21 @@ def _mask(path: Path, label: int | None) -> tuple[Any, list[str]]:
 def _pixels(path: Path, suffixes: tuple[str, ...]) -> tuple[Any, str, Any]:
     """The pixels of a file, its mode in Pillow ('' of a .npy), and its palette (n, 3) if it has one."""
     if path.suffix.lower() not in suffixes:
-        raise InputError(f"is of a kind that is not read here; give a file ending in {' '.join(suffixes)}")
+        raise InputError(
+            f"is of a kind that is not read here; give a file ending in {' '.join(suffixes)} (any array: numpy.save)"
+        )
     if not path.is_file():
         raise InputError("there is no such file")
+    own = ("npy",) if path.suffix.lower() == ".npy" else PICTURES
+    with path.open("rb") as stream:
+        refuse_others(stream.read(HEAD), *own)
     if path.suffix.lower() == ".npy":
         try:
             with path.open("rb") as stream:
                 return np.lib.format.read_array(stream, allow_pickle=False), "", None
         except (OSError, ValueError, EOFError) as error:
+            if "allow_pickle" in str(error):
+                raise InputError("holds pickled objects, which are never read; save the array alone") from error
             raise InputError(f"is a damaged .npy, or none: {error}") from error
     from PIL import Image
 

@@ -69,7 +69,12 @@ def _hard(values: Array) -> tuple[BoolArray, list[str]]:
     low, high = values.min(), values.max()
     bounds = [low + share * (high - low) for share in MIDDLE]
     soft = int(((values > bounds[0]) & (values < bounds[1])).sum())
-    if low < 0 or low > MIDDLE[0] * (high - low) or soft > PHOTO_SHARE * values.size:
+    if low < 0:
+        raise InputError(
+            f"the mask has values from {low:.3g} to {high:.3g}: if they are the scores of a network, give "
+            "where they are above its threshold (mask > 0 for logits)"
+        )
+    if low > MIDDLE[0] * (high - low) or soft > PHOTO_SHARE * values.size:
         raise InputError(
             f"the mask is a picture, {soft} of its {values.size} pixels neither dark nor bright; "
             "give one that is black where the object is not and white where it is"
@@ -89,6 +94,11 @@ def flat(pixels: ArrayLike) -> tuple[Pixels, list[str]]:
         values = values.squeeze(axis=values.shape.index(1))
     if values.ndim == 2:
         return values, []
+    if values.ndim == 3 and values.shape[0] < min(values.shape[1:]):
+        shape = f"{len(values)} masks of {values.shape[1]} x {values.shape[2]} pixels"
+        raise InputError(f"the mask is of shape {values.shape}, {shape}: save one of them, such as mask[0]")
+    if values.dtype == np.bool_:
+        values = values.astype(np.uint8)
     if values.ndim != 3 or values.shape[2] not in (2, 3, 4) or values.dtype.kind not in "iu":
         raise InputError(f"the mask must be an image of 1 to 4 channels; found {values.dtype} of shape {values.shape}")
     if values.shape[2] == 3:

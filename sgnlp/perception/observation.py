@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from sgnlp.base.arrays import Array, IntArray, floats
 from sgnlp.base.checked import Checked, Positive, Typed, plain, typed
 from sgnlp.base.errors import InputError, unknown
-from sgnlp.perception import clouds
+from sgnlp.perception import clouds, point_arrays, point_files
 from sgnlp.perception.cleaning import Cleaning, ObservationSettings, check_shape, moved
 from sgnlp.perception.plausible import check_cameras, check_obstacles
 from sgnlp.perception.views import Cameras, in_order
@@ -122,9 +122,11 @@ def load(path: str | Path, reading: Reading = PLAIN, **options: Any) -> Observat
     Raises:
         InputError: the file has no cloud of one graspable object; the message is one line that begins with the path.
     """
+    assumed: list[str] = []
     try:
         reading = replace(reading, **options)
         raw = clouds.read(path, reading.key)
+        assumed += raw.get("notes", ()) if Path(path).suffix.lower() in point_files.SUFFIXES else ()
         half, notes, own = raw.pop("half", ""), [*raw.pop("notes", ())], raw.pop("table_height", None)
         height = reading.table_height
         if height is None and own is not None and reading.pose is None:
@@ -142,7 +144,8 @@ def load(path: str | Path, reading: Reading = PLAIN, **options: Any) -> Observat
         )
         return replace(observation, source=str(path), half=half, reading=reading)
     except InputError as error:
-        raise _within(path, error) from error
+        untold = [note for note in assumed if note not in str(error)]
+        raise _within(path, InputError(f"{error} ({' '.join(untold)})") if untold else error) from error
 
 
 def name_in(path: str | Path, reading: Reading = PLAIN) -> str:
@@ -199,7 +202,7 @@ def observe(
     """
     clouds.check_name(name)
     clouds.check_positive(mass=mass, friction=friction, scale=scale)
-    cloud, said = clouds.rows(points, "points")
+    cloud, said = point_arrays.rows(points, "points")
     cameras = Cameras.of(len(cloud), view, view_names, camera_positions)
     chosen = None if views is None else in_order(views)
     options = (cameras.names, table_height, scale, chosen, settings)

@@ -89,14 +89,14 @@ def _pcd_header(content: bytes) -> _PcdHeader:
         fields = said.get("FIELDS") or said["COLUMNS"]
         types = [f"<{PCD_TYPES[kind.upper()]}{int(n)}" for kind, n in zip(said["TYPE"], said["SIZE"], strict=True)]
         each = [int(count) for count in said.get("COUNT", ["1"] * len(fields))]
-        columns = [(name, kind) for name, kind, n in zip(fields, types, each, strict=True) for _ in range(n)]
+        columns = [(_axis(name), kind) for name, kind, n in zip(fields, types, each, strict=True) for _ in range(n)]
         grid = int(said["WIDTH"][0]) * int(said["HEIGHT"][0]) if "WIDTH" in said else 0
         count = int(said["POINTS"][0]) if "POINTS" in said else grid
         viewpoint = [float(number) for number in said.get("VIEWPOINT", IDENTITY)]
         _dtype(columns)
     except (KeyError, ValueError, IndexError, TypeError) as error:
         raise InputError(f"is a damaged .pcd file: its header lacks or garbles a line ({error})") from error
-    _named(fields)
+    _named([name for name, _ in columns])
     notes = [] if viewpoint == IDENTITY else ["Left the VIEWPOINT of the file aside: its points are taken as they are."]
     return _PcdHeader(columns, count, match[1].decode().lower(), content[match.end() :], tuple(notes))
 
@@ -112,7 +112,7 @@ def _ply(path: Path) -> Text:
         if line[:1] == ["element"] and len(line) == 3 and line[2].isdigit():
             elements[line[1]] = (int(line[2]), [])
         elif line[:1] == ["property"] and len(line) > 2 and elements:
-            elements[list(elements)[-1]][1].append((line[-1], PLY_TYPES.get(line[1], line[1])))
+            elements[list(elements)[-1]][1].append((_axis(line[-1]), PLY_TYPES.get(line[1], line[1])))
     if match is None or "vertex" not in elements:
         raise _damaged(path, "its header names no vertices")
     if form not in PLY_FORMS:
@@ -144,6 +144,9 @@ def _ply_bytes(path: Path, body: bytes, elements: dict[str, tuple[int, Columns]]
         except TypeError:
             sizes.append(None)
     (count, columns), i = elements["vertex"], list(elements).index("vertex")
+    unread = next((kind for _, kind in columns if kind not in (*PLY_TYPES.values(), "list")), "")
+    if unread:
+        raise InputError(f"has numbers of the type '{unread}', which a .ply has not; save them as float or double")
     if None in sizes[: i + 1]:
         raise InputError("has lists before or among its points; save it as text, or without them")
     body, own = body[sum(sizes[:i]) :], [(name, order + kind) for name, kind in columns]  # type: ignore[arg-type]
@@ -161,7 +164,13 @@ def _dtype(columns: Columns) -> np.dtype[np.void]:
 def _coordinates(body: bytes, columns: Columns, count: int) -> Array:
     """Points (N, 3) of a binary file."""
     rows, names = np.frombuffer(body, _dtype(columns), count), [name for name, _ in columns]
-    return np.stack([rows[str(names.index(axis))].astype(np.float64) for axis in COORDINATES], axis=1)
+    with np.errstate(invalid="ignore"):  # bytes in the wrong order may be any number
+        return np.stack([rows[str(names.index(axis))].astype(np.float64) for axis in COORDINATES], axis=1)
+
+
+def _axis(name: str) -> str:
+    """The name of a field, small if it is X, Y or Z."""
+    return name.lower() if name.lower() in COORDINATES else name
 
 
 def _named(fields: list[str]) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from sgnlp.base.errors import InputError
-from sgnlp.perception import clouds, depth_files, point_files
+from sgnlp.perception import clouds, depth_files, point_arrays, point_files
 from sgnlp.perception.depth_files import DEPTH_SUFFIXES
 from sgnlp.perception.scene_views import SceneView, of_image, of_points
 from sgnlp.perception.views import Cameras
@@ -107,9 +107,9 @@ def _views(file: Path, raw: dict[str, Any], unit: float) -> list[SceneView]:
         grid = point_files.pcd_grid(file)
         array = array.reshape(*grid, 3) if grid and grid[0] * grid[1] == len(array) else array
     if array.dtype.names:
-        array, _ = clouds.rows(array, "points")
+        array, _ = point_arrays.rows(array, "points")
     organised = array.ndim == 3
-    points, _ = clouds.rows(array, "points")
+    points, _ = point_arrays.rows(array, "points")
     seen = Cameras.of(len(points), raw.get("view"), raw.get("view_names"), raw.get("camera_positions"))
     place = None if seen.positions is None else unit * seen.positions
     if len(seen.names) == 1:

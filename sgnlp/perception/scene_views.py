@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.base.errors import InputError
-from sgnlp.perception import clouds, depth_checks
+from sgnlp.perception import depth_checks, point_arrays
 from sgnlp.perception.cleaning import UNITS
 from sgnlp.perception.depth import DepthImage
 
@@ -78,7 +78,7 @@ def of_image(image: DepthImage, number: int) -> SceneView:
 def of_points(value: ArrayLike, number: int, name: str = "", camera: Array | None = None) -> SceneView:
     """The view of a cloud (N, 3) or (H, W, 3) in metres."""
     array = np.asarray(value)
-    points, _ = clouds.rows(array, "points")
+    points, _ = point_arrays.rows(array, "points")
     shape = array.shape[:2] if array.ndim == 3 else (len(points), 1)
     return SceneView(points.reshape(*shape, 3), name or str(number), camera)
 

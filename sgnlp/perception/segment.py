@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from sgnlp.base.arrays import Array, BoolArray, IntArray, floats
 from sgnlp.base.checked import typed
 from sgnlp.base.errors import InputError
-from sgnlp.perception import depth_checks
+from sgnlp.perception import depth_checks, pose_checks
 from sgnlp.perception.clouds import checked_pose
 from sgnlp.perception.clusters import clustered
 from sgnlp.perception.faults import fault
@@ -68,6 +68,8 @@ def segment(
     given, clean, said = as_views(views, positions), [], list(notes)
     raw = [view.points if view.image is None else np.asarray(view.image.depth) for view in given]
     said += depth_checks.twins(raw, [view.image and view.image.pose for view in given], [view.name for view in given])
+    shots = [view for view in given if view.image is not None and view.image.pose is not None]
+    pose_checks.check([view.image for view in shots if view.image is not None], [view.name for view in shots])
     for view in given:
         alone = f"{view.name}: " if len(given) > 1 else ""
         said += view.image.notes if view.image else ()

@@ -9,8 +9,12 @@ from sgnlp.base.errors import InputError
 COORDINATES = ("x", "y", "z")
 NAME = re.compile(r"(?:(?:points?|pos(?:ition)?|coord(?:inate)?s?|xyz|p)[ :_.\[(]*)?([xyz]|(?<=[ :_.\[(])[0-3])[\])]?")
 """Name of a coordinate in lower case: x, pos_x, `Points:0` and `Points_0` of ParaView, `points_1` of a count from 1."""
-UNIT = re.compile(r"\s*[\[(](?:m|mm|cm|metres|meters)[\])]$")
+UNIT = re.compile(r"(?:\s*[\[(](?:m|mm|cm|metres|meters)[\])]|[ _./](?:m|mm|cm|metres|meters))$")
 """A unit behind a name."""
+FRAME = re.compile(
+    r"^(?:world|map|base|robot|camera|cam|local|global)[ _./]|[ _./](?:world|map|base|robot|camera|cam)$"
+)
+"""The frame before or behind a name."""
 OTHERS = {
     "nx",
     "ny",
@@ -50,7 +54,7 @@ def split_names(line: str) -> list[str]:
 
 def columns(heading: Sequence[str]) -> list[str]:
     """The same names with x, y and z for those that mean them; the rest unchanged."""
-    found = [NAME.fullmatch(UNIT.sub("", name)) for name in heading]
+    found = [NAME.fullmatch(FRAME.sub("", UNIT.sub("", name))) for name in heading]
     letters = [match[1] if match else "" for match in found]
     if not set(COORDINATES) <= set(letters):
         first = 0 if "0" in letters else 1

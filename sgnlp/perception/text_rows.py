@@ -18,9 +18,13 @@ MAX_BROKEN_SHARE = 0.2
 """Largest share of the lines with fewer or more numbers than the others; above it the file is broken."""
 DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 THOUSANDS = re.compile(r"[+-]?\d{1,3}(?:,\d{3})+\.\d*")
+BRACKETED = re.compile(r"\s*(?:[\[({]\s*)+[-+.\d]")
+"""The beginning of a text whose points are in brackets."""
 NO_NUMBER = {"", "-", "--", "---", "*", "na", "n/a", "#n/a", "none", "null", "nil", "inf", "-inf", "nan", "-nan"}
 """Words, in lower case, for "no return"."""
 INTEGER = re.compile(r"[+-]?\d+")
+SHOWN = 60
+"""Most characters of a line that a note shows."""
 UNIT = 0.01
 """Rows whose lengths are 1 within this are directions: normals have at least two digits."""
 
@@ -40,13 +44,18 @@ def points(content: bytes, columns: Sequence[str] = ()) -> Text:
     names of the columns if a header has them. Otherwise a heading or a comment may name them, or the first three are
     x y z. Raises `InputError` if the lines can be read in more than one way.
     """
-    every = [line for line in map(str.strip, _decoded(content).splitlines()) if line]
+    every = [line for line in map(str.strip, _bare(_decoded(content)).splitlines()) if line]
     lines = [line for line in every if not line.startswith(COMMENTS)]
     split, notes = _splitter(lines)
     fields = [split(line) for line in lines]
     if not columns:
         fields, columns, promised = _headed(lines, fields)
         columns = columns or _commented(every, fields)
+        if not columns and len(lines) - (promised is not None) > len(fields):
+            notes = [
+                *notes,
+                f"Left the first line aside, which names no x, y and z: {_shown(lines[promised is not None])}",
+            ]
         if promised is not None and promised != len(fields):
             raise InputError(f"its first line promises {promised} points, but {len(fields)} lines follow")
     table, dropped = _table(fields, len(columns))
@@ -54,9 +63,22 @@ def points(content: bytes, columns: Sequence[str] = ()) -> Text:
     return Text(table[:, where], tuple(notes + dropped + said))
 
 
+def _shown(line: str) -> str:
+    """A line as a note shows it."""
+    return line if len(line) <= SHOWN else f"{line[:SHOWN]} ..."
+
+
 def _decoded(content: bytes) -> str:
     """The text, from UTF-8 with or without a byte-order mark, or from the UTF-16 of spreadsheets."""
     return content.decode("utf-16" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig", errors="replace")
+
+
+def _bare(text: str) -> str:
+    """The text without brackets, one pair of them a line: points as lists and tuples, as Python and JSON write them."""
+    if not BRACKETED.match(text):
+        return text
+    joined = re.sub(r"\s+", " ", text)
+    return re.sub(r"[\[({\])}]", " ", re.sub(r"[\])}]\s*,?", "\n", joined))
 
 
 def _splitter(lines: Sequence[str]) -> tuple[Callable[[str], list[str]], list[str]]:

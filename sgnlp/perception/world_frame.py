@@ -7,6 +7,7 @@ import numpy as np
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
 from sgnlp.perception import level
+from sgnlp.perception.depth_checks import MAX_DISAGREEMENT
 from sgnlp.perception.observation import DEFAULTS
 from sgnlp.perception.scene_planes import PLANE_ERROR, ScenePlane, level_at, planes, same
 from sgnlp.perception.scene_views import SceneView, in_a_cone, points_of
@@ -54,7 +55,10 @@ def placed(views: list[SceneView], pose: Array | None, table_height: float | Non
         notes += _bent(views[0])
     own = not posed and (bool(images) or cone)
     found = planes(points, camera)
-    table = level_at(table_height) if table_height is not None else find_table(points, found, camera, own, posed)
+    table = find_table(points, found, camera, own, posed)
+    if table_height is not None:
+        notes += _higher(table, table_height)
+        table = level_at(table_height)
     if table is None:
         table = _assumed(points, own, notes)
     transform = np.eye(4) if pose is None else pose
@@ -109,9 +113,26 @@ def _checked(views: list[SceneView], table: ScenePlane, points: Array) -> list[s
     else:
         tilted = f"The table is tilted by {table.tilt_deg:.1f} deg, more than {level.MAX_TILT_DEG:g}: look at the pose."
         notes = [tilted] if table.tilt_deg > level.MAX_TILT_DEG else []
+    return [f"Found the table at {_height(table):.4f} m, from {table.count} points.", *notes]
+
+
+def _height(table: ScenePlane) -> float:
+    """The height [m] of a table in the middle of its outline."""
     middle = table.outline.mean(axis=0)
-    height = float(middle[2] - table.heights(middle) / table.normal[2])
-    return [f"Found the table at {height:.4f} m, from {table.count} points.", *notes]
+    return float(middle[2] - table.heights(middle) / table.normal[2])
+
+
+def _higher(found: ScenePlane | None, given: float) -> list[str]:
+    """A note if the table that was `found` is above the one that is `given` [m]; below it are floors and tables."""
+    if found is None or not found.wide or found.tilt_deg > level.MAX_TILT_DEG:
+        return []
+    height = _height(found)
+    if height <= given + MAX_DISAGREEMENT:
+        return []
+    return [
+        f"The table is taken to be at {given:.3f} m, but most things stand on a plane of {found.count} points at "
+        f"{height:.3f} m, more than {MAX_DISAGREEMENT:g} m above it: look at --table-height, --unit and the pose."
+    ]
 
 
 def _turned(views: list[SceneView], table: ScenePlane, own: bool, notes: list[str]) -> tuple[list[SceneView], Array]:

@@ -171,8 +171,13 @@ def _value(part: Term | Constraint, g: Grasp, op: Smooth, hand: Hand) -> ca.SX:
     try:
         with warnings.catch_warnings():
             warnings.filterwarnings("error", NUMPY, FutureWarning)
-            value = ca.vec(ca.SX(part.value(g, op)))
-    except Exception as error:
+            given = part.value(g, op)
+            if given is None:
+                raise InputError(f"{kind} '{part.name}' gives no value; return one")
+            value = ca.vec(ca.SX(given))
+    except InputError:
+        raise
+    except (Exception, SystemExit) as error:
         said = f"{type(error).__name__}: {' '.join(str(error).split()).rstrip('.:')}"
         foreign = isinstance(error, FutureWarning | TypeError) or any(word in said for word in FOREIGN)
         place, remedy = _line(part.value, error), f"; {REMEDY}" * foreign
@@ -187,7 +192,7 @@ def _value(part: Term | Constraint, g: Grasp, op: Smooth, hand: Hand) -> ca.SX:
     return value
 
 
-def _line(value: Any, error: Exception) -> str:
+def _line(value: Any, error: BaseException) -> str:
     """The line of the user's function at which it failed, in words; "" if it is not known."""
     file = getattr(getattr(value, "__code__", None), "co_filename", None)
     lines = [each for each in traceback.extract_tb(error.__traceback__) if each.filename == file]

@@ -58,6 +58,12 @@ def test_a_joint_that_follows_one_above_the_root_is_refused(tmp_path: Path):
         description(folder / "hand.urdf", "a_slide")
 
 
+def test_a_turn_in_degrees_is_refused(tmp_path: Path):
+    folder = changed(tmp_path, "hand.urdf", ('rpy="0 0.1 0"', 'rpy="0 90 0"'))
+    with pytest.raises(InputError, match="rpy of <origin> must be within one turn, in radians, not '0 90 0'"):
+        description(folder / "hand.urdf")
+
+
 def test_limits_of_the_hands_file_end_a_joint_that_turns_without_end(tmp_path: Path):
     folder = changed(tmp_path, "hand.urdf", ('name="a_bend" type="revolute"', 'name="a_bend" type="continuous"'))
     with pytest.raises(InputError, match=r"'a_bend' is continuous, .* limits: {a_bend: \[lower, upper\]}"):

@@ -327,6 +327,11 @@ def test_the_five_fingered_hand_has_fifteen_joints_and_five_that_follow():
             "    []",
             "wrist starts must be a list of one at least",
         ),
+        (
+            "euler_deg: [180, 0, 30]",
+            "euler_deg: [3.1416, 0, 30]",
+            "euler_deg of wrist start 1 must be degrees, not 3.1416, which is a part of π: 180?",
+        ),
         ("urdf: hand.urdf", "urdf: foot.urdf", "the URDF foot.urdf is not there"),
         ("urdf: hand.urdf", "urdf: hand.yaml", "hand.yaml is no URDF that can be read"),
         ("urdf: hand.urdf", "urdf: {package: nothing-here, path: a.urdf}", "is its package installed?"),

@@ -101,6 +101,12 @@ def read(tmp_path):
         BOP,
         {"0": BOP},
         {"7": {}, "12": BOP},
+        {"000012": {"K": FLAT, "pose": ROWS}, "000013.png": {"K": FLAT, "pose": np.eye(4).tolist()}},
+        {"left": {"K": FLAT, "pose": ROWS}},
+        {"K": FLAT, "camera_matrix": FLAT, "pose": ROWS},
+        ROS2 | {"binning_x": 1, "binning_y": 0, "roi": {"x_offset": 0, "y_offset": 0, "width": 320}},
+        OPEN3D | {"pose": None},
+        OPEN3D | {"pose": ROWS},
     ],
 )
 def test_every_kind_of_file_is_the_same_camera(read, content, suffix):
@@ -109,7 +115,9 @@ def test_every_kind_of_file_is_the_same_camera(read, content, suffix):
     np.testing.assert_allclose(found.pose, POSE, atol=1e-15)
     assert found.size in (None, (320, 240))
     assert ("width" in content or "image_width" in content) <= (found.size is not None)
-    assert any("world to camera" in note for note in found.notes) == ("pose" not in content)
+    assert any("world to camera" in note for note in found.notes) == (
+        content.get("pose") is None and ("cam_K" in str(content) or "extrinsic" in content)
+    )
 
 
 @pytest.mark.parametrize("content", [OPENCV, OLD_OPENCV, OPENCV.replace("%YAML:1.0", "%YAML 1.0"), OPENCV.replace(
@@ -128,7 +136,7 @@ def test_what_opencv_writes_is_the_same_camera_and_no_other_tag_is_constructed(r
     [
         ("data: [ 0., 0., 0., 0., 0. ]", "data: [ 0.1, 0., 0., 0., 0. ]", "lens distortion '.istortion_.oefficients'"),
         ("rows: 3", "rows: 2", "'.amera_.atrix' must have rows x cols numbers, 2 x 3; found 9"),
-        ("3.4000000000000000e+02, 0.,", "0.,", "'.amera_.atrix' must be an array of real numbers"),
+        ("3.4000000000000000e+02, 0.,", "0.,", "'.amera_.atrix' must have rows x cols numbers, 3 x 3; found 8"),
         ("dt: d", "dt: d\n   dt: f", "the key 'dt' is there twice"),
         ("!!opencv-matrix\n", "!!opencv-matrix [1]\n", "is not the JSON or YAML of a camera"),
     ],
@@ -199,6 +207,17 @@ def test_a_stream_of_messages_is_its_first(read):
         ({"pose": ROWS, "intrinsics": REALSENSE | {"coeffs": [0.1]}}, "the lens distortion 'coeffs' is not zero"),
         ("{{fx}: 1}", "is not the JSON or YAML of a camera"),
         (ROS2 | {"k1": 0.1}, "the lens distortion 'k1' is not zero"),
+        ({"K": FLAT, "pose": np.eye(4).tolist(), **OPEN3D}, "'pose' and 'extrinsic' are different poses of the camera"),
+        ({"K": FLAT, "camera_matrix": (2 * K).tolist(), "pose": ROWS}, "'K' and 'camera_matrix' are different intrin"),
+        ({"K": FLAT, "pose": None}, "the key 'pose' is missing: the 16 numbers"),
+        ({"K": None, "pose": ROWS}, "the key 'K' is missing"),
+        ({"K": [340, 341, 159.5, 119.5], "pose": ROWS}, "'K' has 4 numbers; give the 9 of"),
+        ({"K": FLAT, "R": [1], "t": [2]}, "the key 'pose' is missing, and 'R' and 't' may go either way"),
+        ({"K": FLAT, "T_world_cam": ROWS}, "and 'T_world_cam' may go either way"),
+        (ROS2 | {"binning_x": 2, "binning_y": 2}, "has 'binning_x' of 2, and in ROS K is that of the whole sensor"),
+        (ROS2 | {"roi": {"x_offset": 100, "y_offset": 50}}, "has a 'roi' from 100, 50 on"),
+        ({"a": ROS2, "b": ROS2}, "has the cameras a, b, none of which is '000012'"),
+        ("PK\x03\x04", "is an npz or a zip archive, not the JSON or YAML of a camera"),
         (ROS2 | {"distCoeffs": [0.1, 0.2]}, "the lens distortion 'distCoeffs' is not zero"),
     ],
 )
@@ -207,6 +226,13 @@ def test_what_is_no_camera_is_told(read, content, message, suffix):
     with pytest.raises(InputError, match=message) as told:
         read(content, suffix)
     assert len(str(told.value).splitlines()) == 1
+
+
+def test_a_file_of_one_camera_in_a_list_and_one_in_utf_16_are_read(read, tmp_path):
+    np.testing.assert_array_equal(read([{"K": FLAT, "pose": ROWS}]).intrinsics, K)
+    file = tmp_path / "wide.json"
+    file.write_bytes(json.dumps({"K": FLAT, "pose": ROWS}).encode("utf-16"))
+    np.testing.assert_array_equal(camera_files.read(file, "0").intrinsics, K)
 
 
 def test_a_mark_of_byte_order_is_no_part_of_a_file(read):

@@ -80,6 +80,21 @@ def test_one_image_as_two_views_is_refused_and_noted_where_the_poses_differ():
     assert "Two views, '0' and 'copy', are the same, number by number. If the scene" in notes[0]
 
 
+def test_poses_that_are_those_of_other_images_are_refused():
+    with pytest.raises(
+        InputError, match=r"the poses of the images '0' and '1' are swapped: .* exchanged tilted by 0.0"
+    ):
+        from_depth([replace(FRONT, pose=BACK.pose), replace(BACK, pose=FRONT.pose)])
+    with pytest.raises(
+        InputError, match=r"'0' and '1' have one pose, but \d+% of their pixels differ by more than 20 mm"
+    ):
+        from_depth([FRONT, replace(BACK, pose=FRONT.pose)])
+    again = FRONT.depth + np.random.default_rng(0).normal(0, 0.002, FRONT.depth.shape)  # a second shot from one place
+    assert len(arrays([FRONT, replace(FRONT, depth=again)])["notes"]) == 1
+    low = FRONT.pose - np.outer([0, 0, 1, 0], [0, 0, 0, 0.1])  # one pose is wrong, which exchanging does not mend
+    assert any("was measured at" in note for note in arrays([replace(FRONT, pose=low), BACK])["notes"])
+
+
 def test_without_pixels_around_the_object_the_table_is_left_to_the_cloud():
     bare = replace(FRONT, depth=np.where(FRONT.mask, FRONT.depth, 0.0))
     assert "table_height" not in arrays([bare])
@@ -108,6 +123,9 @@ def test_what_was_not_measured_is_no_point():
         ({"unit": 0.001}, "in units of 0.001 m the object is 0.0005.* --unit 1 would make it 0.55 m"),
         ({"unit": 1000.0}, "in units of 1000 m the object is 5.* --unit 1 would make it 0.55 m"),
         ({"depth": np.zeros((120, 160, 3))}, "the depths are a picture of 3 channels"),
+        ({"depth": -FRONT.depth}, "all depths are negative, as OpenGL's z is: give their absolute values"),
+        ({"depth": np.ma.masked_array(FRONT.depth, True)}, "no depth was measured at any marked pixel"),
+        ({"mask": np.ma.masked_array(FRONT.mask, FRONT.mask)}, "'pixels of the mask' has masked entries"),
         ({"intrinsics": K.T}, "the intrinsics are transposed: cx and cy belong into the last column"),
         ({"intrinsics": K / [[160], [120], [1]]}, "the intrinsics give a field of view of 1.. deg, more than 150"),
         ({"pose": FRONT.pose.T}, "the pose is transposed: its translation belongs into the last column"),
@@ -166,7 +184,9 @@ def test_a_depth_in_metres_is_read_from_npy(files):
     [
         ("camera_0.json", b"{}", "camera_0.json: the key 'K' is missing; a camera has K and pose"),
         ("camera_0.json", b"K", "camera_0.json: is not the JSON or YAML of a camera"),
-        ("camera_0.json", b'{"K": [1, 2], "pose": 0}', "camera_0.json: 'K' must be an array of real numbers"),
+        ("camera_0.json", b'{"K": [1, 2], "pose": 0}', "camera_0.json: 'K' has 2 numbers; give the 9"),
+        ("camera_0.json", b"\x93NUMPY", "camera_0.json: is an array of NumPy, not the JSON or YAML of a camera"),
+        ("depth_0.png", b"version https://git-lfs.github.com/spec/v1", "depth_0.png: is a pointer of Git LFS"),
         ("depth_1.png", b"no image", "depth_1.png: is a damaged .png file"),
         ("depth_1.png", None, "depth_1.png: there is no such file"),
         ("mask_0.png", b"\x89PNG\r\n\x1a\n", "mask_0.png: is a damaged .png file"),
@@ -256,6 +276,7 @@ def test_images_without_a_fault_have_no_note_but_that_of_the_table():
         ({"unit": 3.0}, r"In units of 3 m the object is 1.6\d m from the camera, not 0.2 to 1.5 m: see --unit"),
         ({"unit": 0.3}, r"In units of 0.3 m the object is 0.16\d m from the camera"),
         ({"depth": np.round(FRONT.depth / 0.008) * 0.008}, "The depths come in steps of 8 mm, more than 3 mm"),
+        ({"depth": FRONT.depth / FRONT.depth.max()}, "The largest depth is exactly 1: .* if they were normalised"),
         ({"intrinsics": K * [[0.72], [0.72], [1]]}, r"cx, cy = .* lie 14% of the image off the middle of 160 x 120"),
         ({"intrinsics": K * [[1], [1.3], [1]]}, r"fx = .* and fy = .* differ by 30%, more than 3%"),
         (

@@ -108,7 +108,8 @@ def test_alpha_is_the_mask_only_where_colours_are_none(pixels, note):
 
 
 @pytest.mark.parametrize(
-    "pixels", [np.dstack([GREY] * 3), np.dstack([GREY, 0 * GREY, GREY]), DISC[None], DISC[..., None]]
+    "pixels",
+    [np.dstack([GREY] * 3), np.dstack([GREY, 0 * GREY, GREY]), np.dstack([DISC] * 3), DISC[None], DISC[..., None]],
 )
 def test_black_and_one_colour_are_a_mask(pixels):
     found, notes = flat(pixels)
@@ -127,8 +128,8 @@ def test_a_coloured_jpeg_is_a_mask_with_soft_edges():
     [
         (np.dstack([GREY, np.where(v > 50, 255, 0), 0 * GREY]), "several colours"),
         (PHOTO, "several colours"),
-        (np.zeros((2, 3, 7), np.uint8), "an image of 1 to 4 channels"),
-        (np.stack([DISC] * 3), "an image of 1 to 4 channels"),
+        (np.zeros((9, 3, 7), np.uint8), "an image of 1 to 4 channels"),
+        (np.stack([DISC] * 3), r"3 masks of .* pixels: save one of them, such as mask\[0\]"),
     ],
 )
 def test_colours_of_several_things_are_refused(pixels, message):

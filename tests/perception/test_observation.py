@@ -189,6 +189,7 @@ BAD_ARRAYS = {
     "few cameras": ({"points_a": GOOD, "points_b": GOOD + 0.001, "camera_positions": np.eye(3)}, "3 rows for 2 views"),
     "bad camera": ({"points": GOOD, "camera_positions": [[np.nan, 0, 0]]}, "'camera_positions' must be finite"),
     "no mass": ({"points": GOOD, "mass": 0.0}, "'mass' must be a positive number of kg, .*; found 0.0"),
+    "a friction in degrees": ({"points": GOOD, "friction": 45.0}, "'friction' must be a positive number, at most 5"),
     "a mass in grams": ({"points": GOOD, "mass": 350.0}, "'mass' must be .* of kg, at most 100; found 350"),
     "a table in mm": ({"points": GOOD, "table_height": -35.0}, "the table at -35.0000 m is more than 10 m below"),
     "a result": ({"wrist": np.zeros((1, 7)), "tips_pregrasp": np.ones((1, 4, 3))}, "result of sgnlp solve, not a"),
@@ -244,10 +245,13 @@ def test_a_missing_file_a_directory_and_other_files_are_refused(tmp_path):
     with pytest.raises(InputError, match="is not a regular file"):
         load(fifo)
     other = tmp_path / "other.npz"
-    for content in (b"", b"solid ball", b"\x80\x04K\x01."):
+    for content in (b"", b"solid ball"):
         other.write_bytes(content)
         with pytest.raises(InputError, match="is not an npz; give an npz with 'points'"):
             load(other)
+    other.write_bytes(b"\x80\x04K\x01.")
+    with pytest.raises(InputError, match="is a pickle, which is never read"):
+        load(other)
     other.write_bytes(b"\x93NUMPY\x01\x00")
     with pytest.raises(InputError, match="is a damaged npy"):
         load(other)

@@ -47,7 +47,13 @@ def test_obstacles_beside_the_object_and_some_of_its_points_among_them_are_taken
 
 @pytest.mark.parametrize(
     ("obstacles", "said"),
-    [(1e3 * POINTS + 2e4, "from the object, more than 10 m"), (POINTS, "100% of the object's own")],
+    [
+        (1e3 * POINTS + 2e4, "from the object, more than 10 m"),
+        (POINTS, "100% of the object's own"),
+        (POINTS + np.random.default_rng(0).normal(0, 1e-4, POINTS.shape), "100% of the object's own"),
+        (np.vstack([POINTS.round(3), np.add(POINTS, 0.2)]), "of the object's own points; leave those out"),
+        (POINTS[:40] + 5e-4, "100% of their points on the object"),
+    ],
 )
 def test_obstacles_in_another_unit_or_the_object_itself_are_refused(obstacles, said):
     with pytest.raises(InputError, match=said):

@@ -1,5 +1,6 @@
 """Point files: separators, columns and headers that say one thing and hold another, and arrays of every shape."""
 
+import json
 import os
 import struct
 
@@ -48,6 +49,11 @@ READ = {
     "normals first, named in a comment": "# made by me\n# nx ny nz x y z\n" + text("0.6 0.8 0.0 %.5f %.5f %.5f"),
     "numbers for names": ",0,1,2\n" + text("%d,%.5f,%.5f,%.5f", np.c_[np.arange(60), P]),
     "a title": "Scan of my own cup\n" + text(),
+    "a list of JSON": json.dumps(P.tolist()),
+    "a list of JSON, indented": json.dumps(P.tolist(), indent=1),
+    "tuples": "\n".join(map(str, map(tuple, P.tolist()))),
+    "rows in brackets": text("[%.5f %.5f %.5f]"),
+    "headings with units and frames": "world_z_mm,world_y_mm,world_x_mm\n" + text("%.5f,%.5f,%.5f", P[:, ::-1]),
     "a long comment": "#" + 200_000 * "a" + "\n" + text(),
 }
 
@@ -201,7 +207,9 @@ PLY = {
         ),
         "",
     ),
-    "capitals": (ply(SINGLE.tobytes(), names="XYZ"), "names no x, y, z among its fields: X Y Z"),
+    "capitals": (ply(SINGLE.tobytes(), names="XYZ"), ""),
+    "other names": (ply(SINGLE.tobytes(), names="uvw"), "names no x, y, z among its fields: u v w"),
+    "half floats": (ply(SINGLE.tobytes()).replace(b"property float x", b"property float16 x"), "of the type 'float16'"),
 }
 
 
@@ -222,6 +230,60 @@ def test_a_big_endian_ply_is_read(tmp_path):
     file = tmp_path / "c.ply"
     file.write_bytes(ply(P.astype(">f4").tobytes(), form="binary_big_endian", end="\r\n"))
     np.testing.assert_array_equal(point_files.read(file).points, SINGLE)
+
+
+def test_a_first_line_that_names_no_columns_is_told():
+    assert text_rows.points(("lon,lat,alt\n" + text("%.5f,%.5f,%.5f")).encode()).notes == (
+        "Read commas as separators.",
+        "Left the first line aside, which names no x, y and z: lon,lat,alt",
+    )
+    assert text_rows.points(("x,y,z\n" + text("%.5f,%.5f,%.5f")).encode()).notes == ("Read commas as separators.",)
+
+
+def test_a_refusal_repeats_what_was_assumed_of_a_file(tmp_path):
+    file = tmp_path / "c.xyz"
+    file.write_text(text("%.3f %.5f %.5f %.5f", np.c_[np.random.default_rng(0).random(60), P]))
+    with pytest.raises(
+        InputError, match=r"m wide, .* \(Took the first 3 of 4 columns for x y z: no heading names them\.\)"
+    ):
+        load(file)
+    faces = b"element face 0\nproperty list uchar int vertex_indices\n".replace(b"face 0", b"face 1")
+    file = tmp_path / "c.ply"
+    file.write_bytes(
+        ply((6 * P).astype("<f4").tobytes()).replace(b"end_header", faces + b"end_header") + b"\3" + bytes(12)
+    )
+    with pytest.raises(InputError, match=r"\(Left 1 faces aside: `sgnlp observe`"):
+        load(file)
+
+
+def test_bytes_in_the_wrong_order_are_refused_in_one_line(tmp_path, recwarn):
+    file = tmp_path / "c.ply"
+    file.write_bytes(ply(P.astype("<f4").tobytes(), form="binary_big_endian"))
+    with pytest.raises(InputError, match="another order of bytes"):
+        load(file)
+    assert not recwarn.list
+
+
+FOREIGN = {
+    "packed.ply": (b"\x1f\x8b\x08", "is packed; unpack it first"),
+    "pointer.npz": (b"version https://git-lfs.github.com/spec/v1\n", "git lfs pull"),
+    "page.ply": (b"\n<!DOCTYPE html><html>", "is a web page"),
+    "archive.txt": (b"PK\x03\x04", "is an npz or a zip archive; name it .npz"),
+    "cloud.txt": (b"# .PCD v0.7\n", "is a .pcd; name it so"),
+    "cloud.npz": (b"ply\nformat ascii 1.0\n", "is a .ply; name it so"),
+    "image.npy": (b"\x89PNG\r\n", "is a picture; `sgnlp cloud`"),
+    "body.stl": (b"solid body\n", "is a mesh; `sgnlp observe` makes the cloud"),
+    "body.step": (b"ISO-10303-21;", "is a mesh"),
+    "scan.mat": (b"MATLAB 5.0 MAT-file", "is of MATLAB"),
+}
+
+
+@pytest.mark.parametrize("name", FOREIGN)
+def test_a_file_of_another_kind_is_called_by_its_name(tmp_path, name):
+    content, message = FOREIGN[name]
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(InputError, match=message):
+        load(tmp_path / name)
 
 
 # Arrays ---------------------------------------------------------------------------------------------------------------
@@ -246,6 +308,12 @@ def test_points_under_another_key_are_offered_and_read(tmp_path):
     assert load(file, key="pc").reading.key == "pc"
     with pytest.raises(InputError, match="unknown key 'pcd'; valid: mask, pc"):
         load(file, key="pcd")
+
+
+def test_of_several_arrays_that_may_be_the_points_all_are_offered(tmp_path):
+    np.savez(tmp_path / "c.npz", scene=P, cup=P)
+    with pytest.raises(InputError, match="say which of scene, cup holds the points, such as --key scene"):
+        load(tmp_path / "c.npz")
 
 
 def test_pickled_files_name_the_line_that_converts_them(tmp_path):

@@ -299,6 +299,20 @@ def test_a_scene_without_a_table_or_anything_on_it_is_refused():
         segment(world, pose=np.eye(4))
 
 
+def test_two_images_with_one_pose_are_refused():
+    top = four()
+    other = replace(top.image(), depth=top.depth + 0.1)
+    with pytest.raises(InputError, match="have one pose, but 100% of their pixels differ"):
+        segment([top.image(), other])
+
+
+def test_a_table_given_below_the_one_that_things_stand_on_is_told():
+    top = four()
+    for given, told in ((-0.3, True), (-0.05, True), (0.0, False), (0.04, False)):
+        notes = segment(top.image(), table_height=given).notes
+        assert any(f"taken to be at {given:.3f} m, but most things stand" in note for note in notes) == told
+
+
 def test_a_wrong_unit_or_pose_is_told():
     top = four()
     with pytest.raises(InputError, match=r"the scene is 732 m from the camera, .* --unit 0.001 would make it 0.73 m"):

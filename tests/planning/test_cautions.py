@@ -12,7 +12,7 @@ import sgnlp
 from sgnlp import InputError, observe, solve
 from sgnlp.hand.hand import load_hand
 from sgnlp.planning.additions import Additions
-from sgnlp.planning.cautions import OF_CLOUDS, REMARKS, cautions, clouds, plans, remarks
+from sgnlp.planning.cautions import OF_CLOUDS, REMARKS, cautions, clouds, joined, plans, remarks
 from sgnlp.planning.cautions.planned import Planned
 from sgnlp.planning.starts import starts
 
@@ -105,6 +105,28 @@ def test_a_hand_for_which_the_arm_has_no_mount_of_its_own_is_told(result):
     one = replace(robot.arm, mounts={"default": robot.arm.mount})
     assert plans.foreign_mount(replace(result, hand=replace(another, arm=one))) == ""
     assert plans.foreign_mount(result) == ""
+
+
+def test_two_objects_that_touch_are_told_by_the_neck_between_them(result):
+    dense = can(count=6000)
+    assert "touching" in said(result, np.vstack([dense, moved(dense, 0.066, 0, 0)]))
+    assert said(result, dense) == set()
+    square = patch((-0.03, 0.03), (-0.03, 0.03), (0.0, 0.08), 8000)
+    assert "touching" in said(result, np.vstack([square, moved(square, 0.06, 0.035, 0)]))
+    assert "touching" not in said(result, np.vstack([square, moved(square, 0.06, 0, 0)]))  # no neck: one long box
+    handle = patch((0.03, 0.06), (-0.005, 0.005), (0.03, 0.05), 800)
+    assert "touching" not in said(result, np.vstack([square, handle]))
+    assert "touching" not in said(result, np.vstack([CAN[::8], moved(CAN[::8], 0.066, 0, 0)]))  # too sparse to say
+
+
+def test_an_object_on_a_plate_is_told(result):
+    rim = [patch((x, x), (-0.1, 0.1), (0.0, 0.02), 900) for x in (-0.1, 0.1)]
+    plate = np.vstack([patch((-0.1, 0.1), (-0.1, 0.1), (0.02, 0.02), 9000), *rim])
+    told = joined.stand(observe(np.vstack([plate, moved(CAN, 0, 0, 0.02)]), table_height=0.0), result)
+    assert "20 mm above the table" in told
+    assert "--table-height 0.020" in told
+    low = patch((-0.04, 0.04), (-0.04, 0.04), (0.02, 0.02), 3000)
+    assert joined.stand(observe(np.vstack([low, moved(CAN, 0, 0, 0.02)]), table_height=0.0), result) == ""
 
 
 @pytest.mark.parametrize("table", [0.0, None])

@@ -43,6 +43,7 @@ def test_a_file_of_one_shape_needs_no_list(folder):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
+        ("- {box: [1, 1, 1], position: [0, 0, 0], euler_deg: [0, 0, -1.57]}", "must be degrees, not -1.57, .*: -90?"),
         ("", "the file must be a list|holds no shape"),
         ("- {box: [1, 1, 1]}", "shape 1: the key 'position' is missing"),
         ("- {box: [1, 1], position: [0, 0, 0]}", "box of shape 1 must be 3 finite numbers"),

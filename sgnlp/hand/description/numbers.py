@@ -21,6 +21,8 @@ NUMBERS = {
     "inertia": INERTIA,
 }
 """The count of numbers in the attributes of an element of a link or joint."""
+TURN = 2 * np.pi + 0.01
+"""[rad] The largest angle of a rotation, with its rounding: one turn."""
 SOLIDS = ("sphere", "cylinder", "capsule", "box")
 
 
@@ -42,6 +44,8 @@ def check_numbers(element: ElementTree.Element, owner: str) -> None:
                 raise InputError(f"{what} must be positive, not '{text}'")
             if (part.tag == "mesh" and 0 in values) or (part.tag == "axis" and not any(values)):
                 raise InputError(f"{what} must not be 0, but is '{text}'")
+            if key == "rpy" and max(map(abs, values)) > TURN:
+                raise InputError(f"{what} must be within one turn, in radians, not '{text}'; are these degrees?")
             if part.tag == "mass" and values[0] < 0:
                 raise InputError(f"{what} must not be negative, but is {text}")
 

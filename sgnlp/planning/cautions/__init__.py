@@ -6,7 +6,7 @@ A caution is a function that returns a sentence, or "" if there is no reason for
 from collections.abc import Callable
 
 from sgnlp.perception.observation import Observation
-from sgnlp.planning.cautions import clouds, plans
+from sgnlp.planning.cautions import clouds, joined, plans
 from sgnlp.planning.cautions.planned import Planned
 
 OfCloud = Callable[[Observation, Planned], str]
@@ -16,6 +16,8 @@ OF_CLOUDS: tuple[OfCloud, ...] = (
     clouds.bodies,
     clouds.plane,
     clouds.table_around,
+    joined.stand,
+    joined.touching,
     clouds.camera_frame,
     clouds.underside,
     clouds.in_the_air,
