@@ -49,7 +49,7 @@ STEPS: Mapping[str, Mapping[str, Any]] = {
     "E_uncer, gap of 20 mm": BEFORE | UNCERTAIN | WIDE,
     "E_uncer of 5, gap of 20 mm": BEFORE | UNCERTAIN | WIDE | {"weights.uncer": 5.0},
     "E_uncer, gap of 20 mm, links 10 mm clear": BEFORE | UNCERTAIN | WIDE | {"closing.margin": 0.01},
-    "gap of 24 mm": BEFORE | {"limits.place_error": 0.024},
+    **{f"gap of {mm} mm": BEFORE | {"limits.place_error": mm / 1000} for mm in (24, 28, 32)},
 }
 """Each step's changes of the preset `robust`, which is "little motion"."""
 
