@@ -25,7 +25,7 @@ ROBUST = Settings(
         gain_min=100.0,
         gain_max=400.0,
         table_margin=0.012,
-        place_error=0.016,
+        place_error=0.024,
         effort=1.0,
     ),
 )

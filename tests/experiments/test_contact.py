@@ -19,7 +19,7 @@ SETUP = Setup((CAN,), "allegro_left", ROBUST, 7, 0, 60.0)
 
 def test_one_step_is_the_preset_and_the_others_change_what_they_say():
     changed = {condition.name: condition.change(ROBUST) for condition in contact.CONDITIONS}
-    assert changed["little motion"] == ROBUST
+    assert changed["gap of 24 mm"] == ROBUST
     assert len(set(changed.values())) == len(STEPS)
     assert not changed["pregrasp alone"].closing.planned
     assert changed["c of each finger"].limits == changed["gap of 8 mm"].limits

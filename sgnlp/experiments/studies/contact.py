@@ -25,7 +25,7 @@ OFF = "0.3 kg, μ 0.6, 20 mm off"
 TRIALS = LOADS | {OFF: replace(LOADS["0.3 kg, μ 0.6"], place_error=0.02)}
 DIRECTIONS = 3
 """Of the error of the hand's place: one says little about a grasp."""
-BEFORE = {"limits.place_error": 0.016, "rank_by": "margin"}
+BEFORE = {"limits.place_error": 0.016}
 MOVING = BEFORE | {"limits.rotation_deg": 10.0, "limits.shift": 0.01, "limits.give": 0.0}
 UNCERTAIN = {"weights.uncer": Weights().uncer, "smoothing.deviation": UNSURE.deviation}
 WIDE = {"limits.place_error": 0.02}
@@ -51,7 +51,7 @@ STEPS: Mapping[str, Mapping[str, Any]] = {
     "E_uncer, gap of 20 mm, links 10 mm clear": BEFORE | UNCERTAIN | WIDE | {"closing.margin": 0.01},
     **{f"gap of {mm} mm": BEFORE | {"limits.place_error": mm / 1000} for mm in (24, 28, 32)},
 }
-"""Each step's changes of the preset `robust`, which is "little motion"."""
+"""Each step's changes of the preset `robust`, which is "gap of 24 mm"."""
 
 
 def _step(name: str, settings: Settings) -> Settings:

@@ -22,7 +22,8 @@ CAMERAS = 2
 CLOSED = "exterior noise 0.05 m"
 AT_CONTACT = "hand at contact"  # its settings are studied in the study `contact`
 FREE = "free space, gap of 16 mm"
-FINAL = "little motion"  # the step that ends at the robust preset
+STILL = "little motion"
+FINAL = "gap of 24 mm"  # the step that ends at the robust preset
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,7 @@ _TORQUES = {"limits.effort": 1.0}
 _CONTACT = {"closing.planned": True, "closing.c_freedom": 0.3, "limits.place_error": 0.008, "limits.effort": 1.0}
 _FREE = {"free_space.used": True, "weights.uncer": 0.0, "closing.margin": 0.008, "limits.place_error": 0.016}
 _STILL = {"limits.rotation_deg": 2.0, "limits.shift": 0.003, "limits.give": 0.001}
+_WIDE = {"limits.place_error": 0.024}
 STEPS = {
     "paper": Step("", {}),
     "whole hand covered": Step("paper", {"spheres": "cover", "limits.table_margin": 0.012}),
@@ -56,12 +58,14 @@ STEPS = {
     CLOSED: Step("weight of 0.3 kg", _CLOSED),
     AT_CONTACT: Step(CLOSED, _CONTACT),
     FREE: Step(AT_CONTACT, _FREE),
-    FINAL: Step(FREE, _STILL),
+    STILL: Step(FREE, _STILL),
+    FINAL: Step(STILL, _WIDE),
     "weight of 0.3 kg, 1 view": Step("weight of 0.3 kg", {}, cameras=1),
     f"{CLOSED}, 1 view": Step("weight of 0.3 kg, 1 view", _CLOSED, cameras=1),
     f"{AT_CONTACT}, 1 view": Step(f"{CLOSED}, 1 view", _CONTACT, cameras=1),
     f"{FREE}, 1 view": Step(f"{AT_CONTACT}, 1 view", _FREE, cameras=1),
-    f"{FINAL}, 1 view": Step(f"{FREE}, 1 view", _STILL, cameras=1),
+    f"{STILL}, 1 view": Step(f"{FREE}, 1 view", _STILL, cameras=1),
+    f"{FINAL}, 1 view": Step(f"{STILL}, 1 view", _WIDE, cameras=1),
     "pad ignored": Step(CLOSED, {"contact.pad": False}),
     "exterior noise 0.02 m": Step(CLOSED, {"gpis.exterior_noise": 0.02}),
     "ranked by energy": Step(CLOSED, {"rank_by": "energy"}),
