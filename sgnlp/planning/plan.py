@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.base.brief import brief
 from sgnlp.base.checked import Typed, typed
 from sgnlp.hand.hand import Hand, told
 from sgnlp.hand.library import called
@@ -41,6 +42,7 @@ class Plan(Typed):
     """
 
     called = "a plan"
+    __repr__ = brief
 
     observation: Observation
     problem: Problem

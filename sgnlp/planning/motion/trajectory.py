@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from sgnlp.base.arrays import Array, IntArray, StrArray
+from sgnlp.base.brief import brief
 from sgnlp.base.checked import Typed
 from sgnlp.program.constraint import Check
 
@@ -21,6 +22,7 @@ class Trajectory(Typed):
     """T samples of a hand with n joints and m fingers, on an arm with a joints or none (a = 0), in the world frame."""
 
     called = "a trajectory"
+    __repr__ = brief
 
     times: Array  # (T,) [s], from 0
     phase: StrArray  # (T,), of `PHASES`
