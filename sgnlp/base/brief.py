@@ -7,7 +7,7 @@ from typing import Any
 
 LONGEST = 60
 """So many characters of a value are shown."""
-SHORT = 4
+SHORT = 8
 """So many values of a tuple or list are shown."""
 PLAIN = (str, int, float, bool, bytes, type(None))
 
@@ -37,4 +37,5 @@ def _value(value: Any) -> str:
 def _text(value: Any) -> str:
     shown = Repr()
     shown.maxstring = shown.maxother = LONGEST
+    shown.maxtuple = shown.maxlist = SHORT
     return shown.repr(float(f"{value:.6g}") if isinstance(value, float) else value)
