@@ -1,5 +1,7 @@
 """Arguments give the same command whether the sections that they do not name are parsed or left out."""
 
+from itertools import pairwise
+
 import pytest
 import tyro
 
@@ -47,3 +49,16 @@ def test_a_refusal_is_told_once_and_knows_the_flags_that_were_left_out(capfd):
     with pytest.raises(SystemExit):
         cli._parsed(["solve", "cloud.npz", "--limits.force-max", "x"])
     assert capfd.readouterr().err.count("Error parsing --limits.force-max") == 1
+
+
+@pytest.mark.parametrize("command", ["solve", "simulate", "cloud", "batch", "study"])
+def test_the_text_of_a_flag_is_one_paragraph_wherever_its_lines_end_in_the_source(command, capfd):
+    """In the help a line of a text ends early only where the next word does not fit."""
+    with pytest.raises(SystemExit):
+        cli._parsed([command, "--help"])
+    lines = [line.strip("│").rstrip() for line in capfd.readouterr().out.splitlines() if line.startswith("│")]
+    width = max(map(len, lines))
+    pairs = [(a, b) for a, b in pairwise(lines) if a[:7].isspace() and b[:7].isspace() and "(default" not in a]
+    assert len(pairs) > 10
+    early = [(a, b) for a, b in pairs if b.strip() and len(a) + 1 + len(b.split()[0]) < width]
+    assert not early
