@@ -28,7 +28,7 @@ HELPFUL = ("-h", "--help", "--tyro")
 
 def parsed(command: type[Command], arguments: Sequence[str], prog: str, default: Command) -> Command:
     """The command with its flags; a `SystemExit`, after tyro has told why, if they are not valid."""
-    with _texts_joined():
+    with texts_joined():
         return _parsed(partial(tyro.cli, command, args=arguments, prog=prog, default=default), command, arguments)
 
 
@@ -44,7 +44,7 @@ def _parsed(parse: Callable[..., Command], command: type[Command], arguments: Se
 
 
 @contextmanager
-def _texts_joined() -> Iterator[None]:
+def texts_joined() -> Iterator[None]:
     """The text of a flag is one paragraph, which the terminal folds: Tyro breaks it where the source does."""
     whole = docstring_parser.parse_from_object
 
