@@ -210,9 +210,17 @@ def test_a_result_without_any_solution_is_written_and_read(cloud, capfd, monkeyp
     monkeypatch.setattr("sgnlp.planning.pool.solve_start", hang)
     assert solve(cloud, "--starts", 2, "--timeout", 0.1, *SMALL_FLAGS) == codes.NONE_FEASIBLE
     out, err = capfd.readouterr()
-    assert out.count("stopped after 0.1 s") == 2
+    assert "0 1    stopped after 0.1 s" in out
+    assert "next:  a longer --timeout: every start was stopped after 0.1 s" in out
     assert err == ""
     assert load_grasps("results/ellipsoid").wrist.shape == (0, 7)
+
+
+def test_where_the_time_was_over_too_soon_more_time_is_proposed(cloud, capfd):
+    assert solve(cloud, "--starts", 2, "--deadline", 1e-3, *SMALL_FLAGS) == codes.NONE_FEASIBLE
+    out = capfd.readouterr().out
+    assert "ellipsoid: 0 of 0 starts feasible, 2 left out, in " in out
+    assert "next:  a longer --deadline: 2 starts were not done" in out
 
 
 # Ctrl-C ---------------------------------------------------------------------------------------------------------------
