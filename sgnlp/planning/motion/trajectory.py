@@ -9,6 +9,7 @@ import numpy as np
 from sgnlp.base.arrays import Array, IntArray, StrArray
 from sgnlp.base.brief import brief
 from sgnlp.base.checked import Typed
+from sgnlp.base.errors import unknown
 from sgnlp.program.constraint import Check
 
 APPROACH, CLOSE, SQUEEZE, LIFT = PHASES = ("approach", "close", "squeeze", "lift")
@@ -65,7 +66,9 @@ class Trajectory(Typed):
         return np.array([0, *(self.last(phase) for phase in PHASES)])
 
     def last(self, phase: str) -> int:
-        """Index of the last sample of a phase."""
+        """Index of the last sample of a phase: approach, close, squeeze or lift."""
+        if phase not in PHASES:
+            raise unknown("phase of a motion", phase, PHASES)
         return int(np.flatnonzero(self.phase == phase)[-1])
 
     def phase_seconds(self) -> dict[str, float]:
