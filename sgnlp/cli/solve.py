@@ -20,6 +20,7 @@ from sgnlp.hand.hand import Hand
 from sgnlp.perception.observation import Observation, load
 from sgnlp.planning import confidence, results
 from sgnlp.planning.plan import Plan
+from sgnlp.planning.reach import OUT_OF_REACH
 from sgnlp.planning.solve import solve
 from sgnlp.show import tables
 
@@ -160,5 +161,7 @@ def _remedy(plan: Plan) -> str:
         return f"a longer --deadline: {plan.left} starts were not done; 'sgnlp cache --build' makes each of them faster"
     if not plan.solutions and all(failure.stopped for failure in plan.failures):
         return f"a longer --timeout: every start was stopped after {plan.timeout:g} s"
+    if not plan.solutions and all(failure.reason == OUT_OF_REACH for failure in plan.failures):
+        return "move the arm: --arm-base X Y Z; docs/pages/howto/robot.md says what else helps"
     more = f"--starts {MORE * plan.tried} tries more"
     return f"--solver.formulation elastic --no-widen tells by how much constraints are missed; {more}"

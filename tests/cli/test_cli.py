@@ -25,10 +25,12 @@ from sgnlp.base.presets import PRESETS, ROBUST
 from sgnlp.base.settings import Closing, Settings
 from sgnlp.cli import codes, run
 from sgnlp.cli.progress import bars
+from sgnlp.cli.solve import _remedy
 from sgnlp.perception.observation import ObservationSettings
 from sgnlp.planning import results
 from sgnlp.planning.grasps import same
-from sgnlp.planning.pool import solve_start
+from sgnlp.planning.pool import Failure, solve_start
+from sgnlp.planning.reach import OUT_OF_REACH
 from sgnlp.surface.kernels import KERNELS
 
 ORANGE = Path(__file__).parents[2] / "problems" / "orange_0.npz"
@@ -221,6 +223,11 @@ def test_where_the_time_was_over_too_soon_more_time_is_proposed(cloud, capfd):
     out = capfd.readouterr().out
     assert "ellipsoid: 0 of 0 starts feasible, 2 left out, in " in out
     assert "next:  a longer --deadline: 2 starts were not done" in out
+
+
+def test_where_the_arm_reaches_nothing_another_place_of_it_is_proposed():
+    nothing = replace(small_plan(), solutions=(), failures=(Failure(0, OUT_OF_REACH), Failure(1, OUT_OF_REACH)))
+    assert _remedy(nothing).startswith("move the arm: --arm-base X Y Z")
 
 
 # Ctrl-C ---------------------------------------------------------------------------------------------------------------
