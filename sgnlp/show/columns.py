@@ -56,7 +56,7 @@ class Table(table.Table):
         ]
         least = [max(cell.minimum for cell in cells) for cells in measured]
         for i, column in enumerate(self.columns):
-            least[i] = max(least[i], *map(len, WORD.findall(str(column.header))))
+            least[i] = max([least[i], *map(len, WORD.findall(str(column.header)))])
             digits = any(character.isdigit() for cell in column.cells for character in str(cell))
             if column.header in self.prose or not digits:
                 least[i] = min(least[i], PROSE)

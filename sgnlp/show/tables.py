@@ -120,7 +120,7 @@ def rows_table(title: str, lines: list[dict[str, str]], prose: str = "") -> Tabl
 
 def table(sheet: Sheet, title: str = "", prose: str = "") -> Table:
     """A sheet as a table of the terminal; the column `prose` holds text that may be folded."""
-    made = Table(title or sheet.title, *sheet.rows[0], prose=[prose])
+    made = Table(title or sheet.title, *sheet.rows[0], prose=[prose] if prose else ())
     for row in sheet.rows[1:]:
         made.add_row(*(COLOURED.get(cell, cell) for cell in row))
     return made

@@ -91,6 +91,13 @@ def test_a_column_of_prose_is_narrow_though_it_has_numbers():
     assert printed(table, width=40).splitlines()[1].split() == ["name", "numbers", "why"]
 
 
+@pytest.mark.parametrize("width", [30, 200])
+def test_a_column_without_a_header_is_shown_too(width):
+    table = Table("Clusters", "number", "")
+    table.add_row("1", "no object: it is cut off by the image")
+    assert " ".join(printed(table, width=width).split()).endswith("1 no object: it is cut off by the image")
+
+
 def test_a_zero_has_no_sign(plan):
     grasps = plan.arrays()
     below = replace(
