@@ -40,7 +40,8 @@ class Table(table.Table):
         if widths is None:
             yield from self._blocks(console)
             return
-        folded = Table(str(self.title), *(str(column.header) for column in self.columns), prose=self.prose)
+        yield Text(str(self.title), style="bold")  # a title may be wider than its table
+        folded = Table("", *(str(column.header) for column in self.columns), prose=self.prose)
         for column, width in zip(folded.columns, widths, strict=True):
             column.width, column.header = width, _folded(column.header, width)
         for row, cells in zip(self.rows, zip(*(column.cells for column in self.columns), strict=True), strict=True):

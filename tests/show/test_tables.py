@@ -91,6 +91,12 @@ def test_a_column_of_prose_is_narrow_though_it_has_numbers():
     assert printed(table, width=40).splitlines()[1].split() == ["name", "numbers", "why"]
 
 
+def test_a_title_that_is_wider_than_its_table_stays_in_one_line():
+    assert printed(report.facts_table("Compiled, in /home/me/.cache/sgnlp", {"a": 1})).splitlines()[0].rstrip() == (
+        "Compiled, in /home/me/.cache/sgnlp"
+    )
+
+
 @pytest.mark.parametrize("width", [30, 200])
 def test_a_column_without_a_header_is_shown_too(width):
     table = Table("Clusters", "number", "")
