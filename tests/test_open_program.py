@@ -186,8 +186,23 @@ def test_what_only_numpy_can_do_is_refused_with_the_operations_that_both_have(va
     for _ in range(2):  # CasADi warns once
         with pytest.raises(
             sgnlp.InputError, match=r"term 'own' cannot .* at line \d+, .*: .*; write it in the operations"
-        ):
+        ) as told:
             build(hand(), problem(terms=(own(),)).structure(FORMULATIONS["penalty"]))
+        assert len(str(told.value)) < 650, "CasADi's own advice, of several hundred characters, is left out"
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        (lambda g, op: op.sum(g.torque), r"line \d+, .*: g has no 'torque'; valid: .*, torques, torques_eq, "),
+        (lambda g, op: op.mean(g.gains), r"line \d+, .*: op has no 'mean'; valid: abs, .*, sum$"),
+        (lambda g: g.stiffness, r"takes 1 positional argument .*; a term has `value\(self, g, op\)`"),
+    ],
+)
+def test_a_name_that_grasp_or_operations_lack_and_other_arguments_are_told_with_the_valid_ones(value, told):
+    own = sgnlp.Constraint("own", value, lower=0.0)
+    with pytest.raises(sgnlp.InputError, match=told):
+        build(hand(), problem(constraints=(own,)).structure(FORMULATIONS["constrained"]))
 
 
 # --- from a file ------------------------------------------------------------------------------------------------------

@@ -25,7 +25,7 @@ from sgnlp import __version__
 from sgnlp.base.errors import InputError, MachineError, SgnlpError, gives_out
 from sgnlp.base.presets import PRESETS, VARIANTS
 from sgnlp.cli import codes, interrupts, streams
-from sgnlp.cli.parsing import parsed
+from sgnlp.cli.parsing import parsed, texts_joined
 
 COMMANDS = {
     "solve": "sgnlp.cli",
@@ -68,7 +68,8 @@ def _parsed(arguments: list[str]) -> Any:
     all_ = [(command(name), name) for name in COMMANDS]
     each = [Annotated[c, tyro.conf.subcommand(name, default=beginning(c, preset))] for c, name in all_]
     any_: Any = reduce(operator.or_, each)
-    return tyro.cli(any_, args=arguments, prog="sgnlp", description=_about())
+    with texts_joined():
+        return tyro.cli(any_, args=arguments, prog="sgnlp", description=_about())
 
 
 def _preset(arguments: list[str]) -> str:

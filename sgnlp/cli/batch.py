@@ -142,6 +142,11 @@ def _anywhere(name_or_folder: str, known: Collection[str]) -> str:
     return name_or_folder if name_or_folder in known else str(Path(name_or_folder).absolute())
 
 
+def _known(value: float, digits: int) -> str:
+    """A number; nothing where there is none."""
+    return "" if isnan(value) else f"{value:.{digits}f}"
+
+
 def _show(console: Console, rows: Sequence[Row], seconds: float, least: float) -> None:
     told = not all(isnan(row.confidence) for row in rows)
     lines = [
@@ -149,19 +154,21 @@ def _show(console: Console, rows: Sequence[Row], seconds: float, least: float) -
             "object": row.name,
             "feasible": "yes" if row.feasible else "no",
             "starts": f"{row.feasible_starts}/{row.starts}",
-            "margin": f"{row.margin:.3f}",
+            "margin": _known(row.margin, 3),
         }
-        | ({"confidence": f"{row.confidence:.2f}"} if told else {})
+        | ({"confidence": _known(row.confidence, 2)} if told else {})
         | {
-            "energy": f"{row.energy:.1f}",
-            "time [s]": f"{row.seconds:.2f}",
-            "why not": row.failure,
+            "energy": _known(row.energy, 1),
+            "time [s]": _known(row.seconds, 2),
         }
         for row in rows
     ]
     feasible, reused = sum(row.feasible for row in rows), sum(row.reused for row in rows)
     console.print(tables.rows_table("Objects", lines))
     console.print()
+    for row in rows:
+        if row.failure:
+            console.print(f"{row.name}: {row.failure}", soft_wrap=True)
     there = f", {reused} solved before" if reused else ""
     console.print(f"{feasible} of {len(rows)} objects have a feasible grasp{there}, in {seconds:.1f} s")
     if refused := [row.name for row in rows if row.feasible and refusal(row.confidence, least)]:

@@ -16,6 +16,7 @@ from sgnlp.cli.flags import Extending, Planning
 from sgnlp.cli.progress import bars
 from sgnlp.program.around import ALONE, Around
 from sgnlp.show import tables
+from sgnlp.surface import native
 
 
 @dataclass(kw_only=True)
@@ -41,6 +42,7 @@ class Cache(Extending, Planning):
         if self.clear:
             toolchain.clear()
         if self.build:
+            native.library()  # of the surface, for all hands and settings
             with bars(console) as bar:
                 fault = compiling.build_kinematics(self.robot, bar)
             console.print(fault, soft_wrap=True, end="\n" if fault else "")
@@ -50,5 +52,7 @@ class Cache(Extending, Planning):
                 compiling.build(hand, structures, self.jobs, bar)
         built = [file for file in toolchain.entries() if file.suffix != ".lock"]
         sizes = {file.name: f"{file.stat().st_size / 1e6:.2f} MB" for file in built}
-        console.print(tables.facts_table(f"Compiled, in {toolchain.cache_folder()}", sizes))
+        folder = toolchain.cache_folder()
+        empty = f"Nothing is compiled in {folder}: 'sgnlp cache --build' compiles what plans need."
+        console.print(tables.facts_table(f"Compiled, in {folder}", sizes) if sizes else empty, soft_wrap=not sizes)
         return 0

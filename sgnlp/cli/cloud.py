@@ -55,21 +55,26 @@ class Cloud(Checked):
     pixel: tuple[int, int] | None = None
     """without masks: write the cluster at this column and row of the first image or organised cloud"""
     all_: Annotated[bool, tyro.conf.arg(name="all")] = False
-    """without masks: write every object, into a folder with the name of --out"""
+    """without masks: write every object, each as a file in the folder --out"""
     png: Path | None = None
     """without masks: a picture of the scene with the numbers of the clusters"""
     out: Path = Path("object.npz")
-    """the problem file"""
+    """the problem file, NAME.npz; with --all a folder, NAME or NAME.npz"""
 
     def run(self, console: Console) -> int:
         """Read the files, unproject or cluster, save."""
-        check_problem_file(self.out)
+        check_problem_file(self._file)
         for out in (self.out, *([self.png] if self.png else [])):
             if any(file.exists() and out.exists() and file.samefile(out) for file in self.files):
                 raise InputError(f"'{out}' is an input, which the output would replace; name another file")
         if self.png and self.png.suffix.lower() != ".png":
             raise InputError(f"--png must end in .png; found '{self.png}'")
         return self._marked(console) if self.masks else self._parted(console)
+
+    @property
+    def _file(self) -> Path:
+        """The problem file; with --all what gives its name to the folder."""
+        return self.out.with_name(f"{self.out.name}.npz") if self.all_ and not self.out.suffix else self.out
 
     def _parted(self, console: Console) -> int:
         if self.label:
@@ -84,7 +89,7 @@ class Cloud(Checked):
             table_height=self.table_height,
         )
         choice = segmenting.Choice(self.pick, self.near, self.pixel, self.all_)
-        return segmenting.run(console, source, choice, self.out, self.png)
+        return segmenting.run(console, source, choice, self._file, self.png)
 
     def _marked(self, console: Console) -> int:
         others = ("key", "pose", "pick", "near", "pixel", "png")

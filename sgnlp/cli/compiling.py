@@ -153,8 +153,11 @@ class Behind:
             paths = [compiled.path(hand, structure) for structure in self._structures]
             shares = [compiled.share(path) for path in paths if path]
             command = shlex.join(["sgnlp", "cache", "--build", *_flags(asked, around)])
-            text = f"The functions are interpreted; {100 * sum(shares) / len(shares):.0f} % of them are compiled, and"
-            text += f" the next plans go on with that; '{command}' does it at once, for all objects."
+            text = (
+                f"The functions are interpreted: {100 * sum(shares) / len(shares):.0f} % of them are compiled so far. "
+            )
+            text += "The next plans go on compiling. " if asked.build else ""
+            text += f"'{command}' compiles them at once, for all objects: plans then take half the time."
         console.print(text, soft_wrap=True)
 
 

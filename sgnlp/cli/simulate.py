@@ -60,7 +60,7 @@ class Simulate:
     """take the surface that the plan estimated, where nobody knows the true one: it tests loads and errors of the
     hand's place, not the estimate; needs the extra `view`"""
     true_load: bool = False
-    """use the mass and friction in the object's file instead of --mass and --friction"""
+    """use the mass and friction in the object's file instead of those that the plan assumes"""
     motion: bool = False
     """let a floating hand follow the planned trajectory from the stand-off to the lift; a hand on an arm always does"""
     pictures: bool = False
@@ -139,6 +139,8 @@ class Simulate:
         values, words = asdict(self.settings), []
         for name, text in {"mass": "{:g} kg", "friction": "friction {:g}"}.items():
             value, source = getattr(self.settings, name), "as given"
+            if self.true_load and value is not None:
+                raise InputError(f"--true-load takes the {name} in the object's file; leave out --{name}")
             if self.true_load:
                 value, source = getattr(seen, name), "the object's own"
             elif value is None:
@@ -190,4 +192,5 @@ def _show(console: Console, outcomes: list[Outcome], hand: Hand, grasps: Grasps)
         console.print(line, soft_wrap=True)
     console.print()
     scores = [outcome.score for outcome in outcomes]
-    console.print(f"first choice {scores[0]:g}, mean of {len(scores)} {np.mean(scores):.2f}")
+    mean = f"; mean of {len(scores)} grasps: {np.mean(scores):.2f}" if len(scores) > 1 else ""
+    console.print(f"score of the first choice: {scores[0]:g}{mean}")

@@ -1,7 +1,7 @@
 """`sgnlp solve`: from a point cloud to a folder of grasps."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from itertools import count
@@ -20,6 +20,7 @@ from sgnlp.hand.hand import Hand
 from sgnlp.perception.observation import Observation, load
 from sgnlp.planning import confidence, results
 from sgnlp.planning.plan import Plan
+from sgnlp.planning.reach import OUT_OF_REACH
 from sgnlp.planning.solve import solve
 from sgnlp.show import tables
 
@@ -76,7 +77,7 @@ class Solve(Abstaining, Ended, Extending, Surrounding, Observing):
             _show(console, plan, outcome, [*(folder / name for name in made), *pages], self, behind)
             for caution in outcome["cautions"]:
                 console.print(Text.assemble(("caution:", "yellow"), f" {caution}"), soft_wrap=True)
-            console.print("\n".join(_next(plan, folder)), style="dim", soft_wrap=True)
+            console.print("\n".join(_next(plan, folder, pages)), style="dim", soft_wrap=True)
         refusal = confidence.refusal(plan.best.confidence, self.min_confidence) if plan.best else ""
         if show and refusal:
             said = f"do not carry the first choice out: {refusal} (--min-confidence {self.min_confidence:g})"
@@ -120,7 +121,7 @@ def _show(
     console: Console, plan: Plan, summary: dict[str, Any], files: list[Path], asked: Solve, behind: compiling.Behind
 ) -> None:
     for note in summary["notes"]:
-        console.print(note, style="dim")
+        console.print(note, style="dim", soft_wrap=True)
     for table in tables.tables(plan, summary):
         console.print(table)
         console.print()
@@ -138,17 +139,29 @@ def _show(
     console.print(f"written: {', '.join(map(str, files))}", soft_wrap=True)
 
 
-def _next(plan: Plan, folder: Path) -> list[str]:
-    """What to do now."""
+def _next(plan: Plan, folder: Path, pages: Sequence[Path]) -> list[str]:
+    """What to do now; `pages` are those of a report that is written already."""
     if plan.best is None:
-        more = f"--starts {MORE * plan.tried} tries more"
-        return [f"next:  --solver.formulation elastic --no-widen tells by how much constraints are missed; {more}"]
+        return [f"next:  {_remedy(plan)}"]
     known = plan.observation.mesh_vertices is not None
     simulated = "  see whether it holds, in MuJoCo" if known else " --estimated  carry it out, on the estimated surface"
+    report = f"{pages[0]}  read about it, in a browser" if pages else f"sgnlp report {folder}    read about it"
     return [
         f"next:  sgnlp view {folder}      look at the grasp",
-        f"       sgnlp report {folder}    read about it",
+        f"       {report}",
         f"       sgnlp simulate {folder}{simulated}",
         f"       {folder / results.SUMMARY}  for your robot: joints by name, wrist and targets in the cloud's frame",
         f"       {folder / results.MOTION[2]}  its whole motion for ROS 2; {results.MOTION[3]} is for MoveIt",
     ]
+
+
+def _remedy(plan: Plan) -> str:
+    """What to do where no grasp is feasible."""
+    if plan.left:
+        return f"a longer --deadline: {plan.left} starts were not done; 'sgnlp cache --build' makes each of them faster"
+    if not plan.solutions and all(failure.stopped for failure in plan.failures):
+        return f"a longer --timeout: every start was stopped after {plan.timeout:g} s"
+    if not plan.solutions and all(failure.reason == OUT_OF_REACH for failure in plan.failures):
+        return "move the arm: --arm-base X Y Z; docs/pages/howto/robot.md says what else helps"
+    more = f"--starts {MORE * plan.tried} tries more"
+    return f"--solver.formulation elastic --no-widen tells by how much constraints are missed; {more}"

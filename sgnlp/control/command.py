@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.brief import brief
 from sgnlp.base.checked import plain, require_fields
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Settings
@@ -29,6 +30,8 @@ class Command:
     Raises:
         InputError: an array does not hold numbers.
     """
+
+    __repr__ = brief
 
     wrist: Array  # (7,) pose of the root link, x y z [m] qx qy qz qw
     joints: Array  # (n,) [rad], in the order of the hand's joint_names

@@ -14,6 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.brief import brief
 from sgnlp.base.errors import InputError
 from sgnlp.base.yaml_nodes import frozen, numbers, word
 from sgnlp.hand import arm_file, hand_file, library
@@ -30,6 +31,8 @@ ROUNDING = 1e-12
 @dataclass(frozen=True, eq=False)
 class Arm:
     """An arm with a joints, from its root link to its flange; every joint array follows `joint_names`."""
+
+    __repr__ = brief
 
     name: str
     urdf: Path

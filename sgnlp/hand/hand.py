@@ -15,6 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.brief import brief
 from sgnlp.base.checked import Typed, typed
 from sgnlp.base.errors import InputError
 from sgnlp.base.yaml_nodes import frozen, word
@@ -35,6 +36,7 @@ class Hand(Typed):
     """A multi-fingered hand with n joints and m fingers; every joint array follows `joint_names`."""
 
     called = "a hand"
+    __repr__ = brief
 
     name: str
     folder: Path

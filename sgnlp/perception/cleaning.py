@@ -80,7 +80,7 @@ class Cleaning:
         if len(self.points) < self.settings.min_points:
             dropped = f" ({' '.join(self.notes)})" if self.notes else ""
             needed = f"at least {self.settings.min_points} are needed"
-            raise InputError(f"has {len(self.points)} points, {needed}{dropped}")
+            raise InputError(f"the cloud has {len(self.points)} points, {needed}{dropped}")
 
     def measured(self, factor: float, pose: Array | None) -> None:
         """Convert to metres and, by a pose (4, 4), to the world; drop points that are not finite measurements."""
@@ -138,7 +138,8 @@ class Cleaning:
         settings, count = self.settings, len(self.points)
         first = np.unique(_cells(self.points), return_index=True)[1]
         if len(first) < settings.min_points:
-            raise InputError(f"has {len(first)} different points of {count}, at least {settings.min_points} are needed")
+            found = f"the cloud has {len(first)} different points of {count}"
+            raise InputError(f"{found}, at least {settings.min_points} are needed")
         step = max(step_of_32_bits(raw[self.index], self.points), *coordinate_steps(self.points))
         if step > settings.max_step:
             check_width(self.points, settings)  # whole millimetres are too wide, too

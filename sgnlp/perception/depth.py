@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sgnlp.base.arrays import Array, BoolArray, as_array, floats
+from sgnlp.base.brief import brief
 from sgnlp.base.checked import require_fields, typed
 from sgnlp.base.errors import InputError
 from sgnlp.perception import depth_checks, free_space, level, mask_checks, masks, pose_checks
@@ -39,6 +40,8 @@ class DepthImage:
         name: name of the camera.
         notes: a sentence for each assumption about the image.
     """
+
+    __repr__ = brief
 
     depth: ArrayLike
     mask: ArrayLike | None

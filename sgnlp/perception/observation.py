@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sgnlp.base.arrays import Array, IntArray, floats
+from sgnlp.base.brief import brief
 from sgnlp.base.checked import Checked, Positive, Typed, plain, typed
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.perception import clouds, point_arrays, point_files
@@ -37,6 +38,7 @@ class Observation(Typed):
     """A cleaned cloud in the world frame: z up, metres. Arrays are read-only. `load` and `observe` make one."""
 
     called = "an observation"
+    __repr__ = brief
 
     points: Array  # (N, 3) [m]
     view: IntArray  # (N,) index into view_names

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sgnlp.base.arrays import Array, BoolArray, IntArray, floats
+from sgnlp.base.brief import brief
 from sgnlp.base.errors import InputError
 from sgnlp.perception import free_space
 from sgnlp.perception.cleaning import ObservationSettings
@@ -62,6 +63,8 @@ class Scene:
     Clusters are numbered from 1: first those that may be objects, then those with a fault, both by decreasing number of
     points.
     """
+
+    __repr__ = brief
 
     views: tuple[SceneView, ...]  # the measurements of each camera, in the world
     labels: tuple[IntArray, ...]  # (H, W) each, the number of the cluster at every pixel, or NO_CLUSTER

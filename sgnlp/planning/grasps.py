@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from sgnlp.base.arrays import Array, BoolArray, IntArray, StrArray
+from sgnlp.base.brief import brief
 from sgnlp.base.checked import Typed
 from sgnlp.base.errors import InputError
 from sgnlp.hand.hand import Hand
@@ -30,6 +31,7 @@ class Grasps(Typed):
     """
 
     called = "grasps"
+    __repr__ = brief
 
     wrist: Array  # (G, 7) pose of the hand's root link, x y z [m] qx qy qz qw
     joints: Array  # (G, n) [rad], in the order of joint_names

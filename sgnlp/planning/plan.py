@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from sgnlp.base.brief import brief
 from sgnlp.base.checked import Typed, typed
 from sgnlp.hand.hand import Hand, told
 from sgnlp.hand.library import called
@@ -16,7 +17,7 @@ from sgnlp.perception.observation import Observation
 from sgnlp.planning import results
 from sgnlp.planning.cautions import cautions
 from sgnlp.planning.cautions.planned import Planned
-from sgnlp.planning.ending import ENOUGH, Ending
+from sgnlp.planning.ending import ENOUGH, LEFT, Ending
 from sgnlp.planning.environment import machine, surface_backend, versions
 from sgnlp.planning.extension import Extension
 from sgnlp.planning.grasps import Grasps, stack
@@ -41,6 +42,7 @@ class Plan(Typed):
     """
 
     called = "a plan"
+    __repr__ = brief
 
     observation: Observation
     problem: Problem
@@ -68,6 +70,11 @@ class Plan(Typed):
     def tried(self) -> int:
         """The number of starts in all rounds, with those that gave none or were left out."""
         return len(self.solutions) + len(self.failures)
+
+    @property
+    def left(self) -> int:
+        """How many of these were left out, because enough grasps were found or the time was over."""
+        return sum(failure.reason in LEFT for failure in self.failures)
 
     @property
     def rounds(self) -> int:

@@ -32,6 +32,8 @@ T = TypeVar("T")
 CONSTS.sleep_unit = 0.01
 """Polling interval of a pool [s]. With pebble's default of 0.1 s, ending a pool would take as long as a start."""
 
+STOPPED = "stopped after"
+"""How the reason of a start begins that took longer than its time."""
 TOO_LATE = "not done by the deadline"
 """Reason for a start without a solution if it was running or waiting when the plan's deadline passed."""
 Given = tuple[Problem, Solver | str | None]
@@ -45,6 +47,11 @@ class Failure:
 
     start: int
     reason: str
+
+    @property
+    def stopped(self) -> bool:
+        """Whether it took longer than the time of a start."""
+        return self.reason.startswith(STOPPED)
 
 
 def solve_start(planner: Planner, start: Start) -> Solution:
@@ -127,7 +134,7 @@ def _result(future: Any, start: Start, timeout: float | None) -> Any:
 
 
 def _stopped(start: Start, timeout: float | None) -> Failure:
-    return Failure(start.index, f"stopped after {timeout:g} s")
+    return Failure(start.index, f"{STOPPED} {timeout:g} s")
 
 
 def _expired(start: Start, code: int | None) -> Failure:

@@ -8,6 +8,7 @@ import numpy as np
 from pinocchio import exp3
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.brief import brief
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Limits, Settings
 from sgnlp.base.threads import one_thread
@@ -45,6 +46,8 @@ class Problem:
 
     `box` (2, 3) [m] are the corners of the observed points' box.
     """
+
+    __repr__ = brief
 
     hand: Hand
     gpis: Gpis

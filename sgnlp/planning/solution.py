@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.brief import brief
 from sgnlp.base.settings import Closing, Motion
 from sgnlp.hand.arm import Arm
 from sgnlp.hand.arm_kinematics import gravity_torques
@@ -69,6 +70,9 @@ class Solution:
     arm: Array | None = None  # (3, a) [rad], of an arm at the pregrasp, at the stand-off and lifted
     ended: WarmStart | None = None  # the solver's end, in the planning frame
     confidence: float = nan  # probability that it holds at the load of the plan; NaN: unknown
+
+    def __repr__(self) -> str:
+        return brief(self, "feasible", "worst_margin", "violated")
 
     @property
     def feasible(self) -> bool:

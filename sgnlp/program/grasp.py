@@ -15,6 +15,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from sgnlp.base.brief import brief
+
 
 @dataclass(frozen=True)
 class Grasp:
@@ -25,6 +27,8 @@ class Grasp:
 
     All positions are in the world frame, z up. An array (k,) in NumPy is a column (k, 1) in CasADi.
     """
+
+    __repr__ = brief
 
     wrist_position: Any  # (3,) [m], origin of the hand's root link at the pregrasp
     wrist_rotation: Any  # (3, 3), orientation of the root link: its axes are the columns

@@ -27,7 +27,7 @@ from sgnlp.program.grasp import Grasp
 from sgnlp.program.lifting import Lifting
 from sgnlp.program.model import Model, layout
 from sgnlp.program.names import row_names
-from sgnlp.program.ops import Smooth
+from sgnlp.program.ops import Ops, Smooth
 from sgnlp.program.parameters import ParameterVector
 from sgnlp.program.structure import Structure
 from sgnlp.program.terms.term import Term
@@ -80,6 +80,9 @@ REMEDY = (
     "write it in the operations of `op`, such as op.sum, op.norm and op.dot, and in + - * / **: functions of NumPy and "
     "of math, `if` and loops over rows do not take CasADi's values (docs/pages/howto/term.md)"
 )
+ARGUMENTS = "a term has `value(self, g, op)`, and the function of a constraint takes `(g, op)`"
+LONGEST = 200
+"""So many characters of an error of a term or constraint are told."""
 FUNCTIONS = ("points", "objective", "gradient", "rows", "jacobian", "hessian", "terms", "jets")
 """The names of the functions of an `Nlp`."""
 
@@ -178,9 +181,9 @@ def _value(part: Term | Constraint, g: Grasp, op: Smooth, hand: Hand) -> ca.SX:
     except InputError:
         raise
     except (Exception, SystemExit) as error:
-        said = f"{type(error).__name__}: {' '.join(str(error).split()).rstrip('.:')}"
+        said, place = _cause(error), _line(part.value, error)
         foreign = isinstance(error, FutureWarning | TypeError) or any(word in said for word in FOREIGN)
-        place, remedy = _line(part.value, error), f"; {REMEDY}" * foreign
+        remedy = f"; {REMEDY if place else ARGUMENTS}" if foreign else ""
         raise InputError(f"{kind} '{part.name}' cannot be written in CasADi{place}: {said}{remedy}") from error
     if isinstance(part, Constraint) and is_own(part.value) and not value.numel():
         raise InputError(
@@ -190,6 +193,17 @@ def _value(part: Term | Constraint, g: Grasp, op: Smooth, hand: Hand) -> ca.SX:
     if isinstance(part, Term) and value.numel() != 1:
         raise InputError(f"term '{part.name}' has {value.numel()} values, not one; sum them with op.sum")
     return value
+
+
+def _cause(error: BaseException) -> str:
+    """What was wrong, in one line: CasADi adds pages of advice to some messages."""
+    if isinstance(error, FutureWarning):
+        return "a function of NumPy was called on a CasADi value"
+    if isinstance(error, AttributeError) and isinstance(error.obj, Grasp | Smooth):
+        said, names = ("g", vars(error.obj)) if isinstance(error.obj, Grasp) else ("op", vars(Ops))
+        return f"{said} has no '{error.name}'; valid: {', '.join(sorted(name for name in names if name[0] != '_'))}"
+    said = textwrap.shorten(str(error).partition(" Did you ")[0], LONGEST, placeholder=" …").rstrip(".:")
+    return f"{type(error).__name__}: {said}"
 
 
 def _line(value: Any, error: BaseException) -> str:

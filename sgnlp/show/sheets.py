@@ -16,7 +16,6 @@ from sgnlp.planning.grasps import Grasps
 
 NOTHING = 1e-3
 """Smaller values are shown as 0, in the units of the tables, such as mm and N."""
-"""Beginning of Pinocchio's names of prismatic joints, whose limits and positions are in metres."""
 BAR = re.compile(r"(?<!\\)\|")
 """A bar without an escape before it."""
 
@@ -35,8 +34,8 @@ def markdown(rows: Sequence[Sequence[str]]) -> str:
     return "\n".join("| " + " | ".join(BAR.sub(r"\\|", cell) for cell in line) + " |" for line in lines)
 
 
-def starts(summary: Mapping[str, Any], grasps: Grasps) -> Sheet:
-    """A row for each start of a plan, best first, from its summary; failures last."""
+def starts(summary: Mapping[str, Any], grasps: Grasps, apart: str = "; ") -> Sheet:
+    """A row for each start of a plan, best first, from its summary; failures last. `apart` stands between checks."""
     heads = ("start", "feasible", "margin", "ρ [N m]", "energy", "KKT", "iterations", "time [s]", "same as", "fails")
     firsts, rows = alike(grasps.contacts), [heads]
     for s in summary["starts_table"]:
@@ -48,7 +47,7 @@ def starts(summary: Mapping[str, Any], grasps: Grasps) -> Sheet:
         numbers = (f"{margin:.3f}", f"{stiffness:.3f}", f"{energy:.1f}", f"{worst:.0e}", str(s["iterations"]))
         first = firsts[s["rank"]]
         same = "" if first == s["rank"] else f"start {grasps.start[first]}"
-        fails = "; ".join(s["violated"])
+        fails = apart.join(s["violated"])
         rows.append((str(s["start"]), "yes" if s["feasible"] else "no", *numbers, f"{seconds:.2f}", same, fails))
     return Sheet("Starts, best first", tuple(rows))
 
@@ -56,6 +55,11 @@ def starts(summary: Mapping[str, Any], grasps: Grasps) -> Sheet:
 def _number(value: float | None) -> float:
     """A number of the summary; null stands for NaN, which JSON cannot hold."""
     return float("nan") if value is None else value
+
+
+def _rounded(value: float) -> str:
+    """A number with two digits behind the point; zero without a sign."""
+    return f"{round(value, 2) + 0.0:.2f}"
 
 
 def checks(found: Mapping[str, Mapping[str, Any]]) -> Sheet:
@@ -74,7 +78,7 @@ def fingers(grasps: Grasps, rank: int) -> Sheet:
     columns = zip(grasps.finger_names, *(getattr(grasps, n)[rank] for n in (*names, "targets")), strict=True)
     rows = [("finger", "gain [N/m]", "force [N]", "margin t0, eq", "gap [mm]", "±σ [mm]", "target [mm]")]
     for name, k, f, first, last, gap, s, target in columns:
-        numbers = (f"{k:.0f}", f"{np.linalg.norm(f):.2f}", f"{first:.3f} {last:.3f}", f"{1e3 * gap:.2f}")
+        numbers = (f"{k:.0f}", f"{np.linalg.norm(f):.2f}", f"{first:.3f} {last:.3f}", _rounded(1e3 * gap))
         rows.append((str(name), *numbers, f"{1e3 * s:.1f}", " ".join(f"{1e3 * c:+.0f}" for c in target)))
     return Sheet("Fingers", tuple(rows))
 
@@ -85,7 +89,7 @@ def energy(grasps: Grasps, rank: int, weights: ArrayLike | None) -> Sheet:
     known = np.full(len(values), np.nan) if weights is None else np.asarray(weights)
     rows = [("term", "value", "weight", "share")]
     for name, value, w in zip(grasps.term_names, values, known, strict=True):
-        rows.append((str(name), f"{value:.4g}", f"{w:g}", f"{w * value:.2f}"))
+        rows.append((str(name), f"{value:.4g}", f"{w:g}", _rounded(w * value)))
     rows.append(("total", "", "", f"{grasps.energy[rank]:.2f}"))
     return Sheet("Energy, exact", tuple(rows))
 

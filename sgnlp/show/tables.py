@@ -39,7 +39,9 @@ def violations_table(s: Solution) -> Table:
 def tables(plan: Plan, summary: Mapping[str, Any]) -> list[Table]:
     """Everything to print about a plan with its summary: the starts, then the best grasp or the least bad one."""
     grasps = plan.arrays()
-    shown = [table(_without("same as", sheets.starts(summary, grasps)))]
+    solved = {"starts_table": [start for start in summary["starts_table"] if "failure" not in start]}
+    shown = [table(_without("same as", sheets.starts(solved, grasps, apart=" ")))] if plan.solutions else []
+    shown += [_failures(plan)] if plan.failures else []
     if plan.solutions:
         first = plan.solutions[0]
         energy = table(sheets.energy(grasps, 0, plan.problem.weights()), f"Start {first.start}, exact energy")
@@ -49,6 +51,17 @@ def tables(plan: Plan, summary: Mapping[str, Any]) -> list[Table]:
         shown += [energy, table(_without("worst at", recomputed), f"Start {first.start}, recomputed")]
         shown += [violations_table(first)] if first.violations else []
     return shown
+
+
+def _failures(plan: Plan) -> Table:
+    """The starts that gave no grasp, those with the same reason in one row."""
+    reasons: dict[str, list[str]] = {}
+    for failure in sorted(plan.failures, key=lambda failure: failure.start):
+        reasons.setdefault(failure.reason, []).append(str(failure.start))
+    made = Table("Starts without a grasp", "start", "why", prose=["start", "why"])
+    for reason, starts in reasons.items():
+        made.add_row(" ".join(starts), reason)
+    return made
 
 
 def _without(head: str, sheet: Sheet) -> Sheet:
@@ -71,7 +84,9 @@ def headline(plan: Plan) -> str:
     seconds = sum(plan.seconds.values())
     other = "narrower" if plan.widened else "wider"
     vain = f", {plan.vain} more with {other} limits of motion in vain," if plan.vain else ""
-    return f"{plan.observation.name}: {feasible} of {plan.tried} starts feasible{vain} in {seconds:.1f} s"
+    left = f", {plan.left} left out," if plan.left else ""
+    starts = f"{feasible} of {plan.tried - plan.left} starts feasible"
+    return f"{plan.observation.name}: {starts}{left}{vain} in {seconds:.1f} s"
 
 
 def hands_table(hands: Sequence[Listing]) -> Table:
@@ -100,16 +115,12 @@ def facts_table(title: str, facts: dict[str, Any]) -> Table:
 
 def rows_table(title: str, lines: list[dict[str, str]], prose: str = "") -> Table:
     """Lines with equal keys as a table; the column `prose` holds text that may be folded."""
-    made = table(Sheet(title, (tuple(lines[0]), *(tuple(line.values()) for line in lines))))
-    for column in made.columns:
-        if column.header == prose:
-            column.justify = "left"
-    return made
+    return table(Sheet(title, (tuple(lines[0]), *(tuple(line.values()) for line in lines))), prose=prose)
 
 
-def table(sheet: Sheet, title: str = "") -> Table:
-    """A sheet as a table of the terminal."""
-    made = Table(title or sheet.title, *sheet.rows[0])
+def table(sheet: Sheet, title: str = "", prose: str = "") -> Table:
+    """A sheet as a table of the terminal; the column `prose` holds text that may be folded."""
+    made = Table(title or sheet.title, *sheet.rows[0], prose=[prose] if prose else ())
     for row in sheet.rows[1:]:
         made.add_row(*(COLOURED.get(cell, cell) for cell in row))
     return made

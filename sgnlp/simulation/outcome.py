@@ -6,6 +6,7 @@ from typing import Any, Literal
 import numpy as np
 
 from sgnlp.base.arrays import Array, StrArray
+from sgnlp.base.brief import brief
 
 Ending = Literal["held", "slid", "dropped", "not lifted", "in collision", "diverged"]
 
@@ -126,6 +127,8 @@ class Trace:
 @dataclass(frozen=True, eq=False)
 class Outcome:
     """The judgement of one grasp. A phase that was not reached is None."""
+
+    __repr__ = brief
 
     ending: Ending
     score: float

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, cholesky, solve_triangular
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.brief import brief
 from sgnlp.base.errors import InputError
 from sgnlp.surface.kernel import MIN_RADIUS, Kernel, check
 from sgnlp.surface.training import TrainingSet
@@ -46,6 +47,8 @@ class Gpis:
         deviation_scale: s, the factor on the deviation of the process.
         free_space: whether it was fitted to free space, too.
     """
+
+    __repr__ = brief
 
     kernel: Kernel
     prior: float

@@ -25,10 +25,12 @@ from sgnlp.base.presets import PRESETS, ROBUST
 from sgnlp.base.settings import Closing, Settings
 from sgnlp.cli import codes, run
 from sgnlp.cli.progress import bars
+from sgnlp.cli.solve import _remedy
 from sgnlp.perception.observation import ObservationSettings
 from sgnlp.planning import results
 from sgnlp.planning.grasps import same
-from sgnlp.planning.pool import solve_start
+from sgnlp.planning.pool import Failure, solve_start
+from sgnlp.planning.reach import OUT_OF_REACH
 from sgnlp.surface.kernels import KERNELS
 
 ORANGE = Path(__file__).parents[2] / "problems" / "orange_0.npz"
@@ -210,9 +212,22 @@ def test_a_result_without_any_solution_is_written_and_read(cloud, capfd, monkeyp
     monkeypatch.setattr("sgnlp.planning.pool.solve_start", hang)
     assert solve(cloud, "--starts", 2, "--timeout", 0.1, *SMALL_FLAGS) == codes.NONE_FEASIBLE
     out, err = capfd.readouterr()
-    assert out.count("stopped after 0.1 s") == 2
+    assert "0 1    stopped after 0.1 s" in out
+    assert "next:  a longer --timeout: every start was stopped after 0.1 s" in out
     assert err == ""
     assert load_grasps("results/ellipsoid").wrist.shape == (0, 7)
+
+
+def test_where_the_time_was_over_too_soon_more_time_is_proposed(cloud, capfd):
+    assert solve(cloud, "--starts", 2, "--deadline", 1e-3, *SMALL_FLAGS) == codes.NONE_FEASIBLE
+    out = capfd.readouterr().out
+    assert "ellipsoid: 0 of 0 starts feasible, 2 left out, in " in out
+    assert "next:  a longer --deadline: 2 starts were not done" in out
+
+
+def test_where_the_arm_reaches_nothing_another_place_of_it_is_proposed():
+    nothing = replace(small_plan(), solutions=(), failures=(Failure(0, OUT_OF_REACH), Failure(1, OUT_OF_REACH)))
+    assert _remedy(nothing).startswith("move the arm: --arm-base X Y Z")
 
 
 # Ctrl-C ---------------------------------------------------------------------------------------------------------------
@@ -290,10 +305,10 @@ BAD_FILES = {
     "flat": (lambda: points(np.zeros(300)), "shape (300,)"),
     "text array": (lambda: points(np.full((100, 3), "x")), "real numbers"),
     "complex": (lambda: points(np.zeros((100, 3), complex)), "complex128"),
-    "all NaN": (lambda: invalid(1.0), "has 0 points, at least 30 are needed"),
+    "all NaN": (lambda: invalid(1.0), "the cloud has 0 points, at least 30 are needed"),
     "no points": (lambda: points(np.zeros((0, 3))), "has 0 points"),
-    "29 points": (lambda: points(ellipsoid()[:29]), "has 29 points, at least 30 are needed"),
-    "equal": (lambda: points(np.full((100, 3), 0.1)), "has 1 different points of 100"),
+    "29 points": (lambda: points(ellipsoid()[:29]), "the cloud has 29 points, at least 30 are needed"),
+    "equal": (lambda: points(np.full((100, 3), 0.1)), "the cloud has 1 different points of 100"),
     "collinear": (lambda: points(SPREAD * [1, 2, 3]), "lie on one line"),
     "coplanar": (lambda: points(np.hstack([SPREAD, SPREAD[::-1], 0 * SPREAD])), "lie on one plane"),
     "millimetres": (lambda: points(1e3 * ellipsoid()), "--scale 0.001"),

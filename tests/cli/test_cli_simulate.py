@@ -79,7 +79,7 @@ def test_the_best_grasp_is_carried_out_shown_and_written(folder, capfd):
     assert simulate(folder) == 0
     shown = capfd.readouterr().out
     assert "held" in shown
-    assert "first choice 1, mean of 1 1.00" in shown
+    assert "score of the first choice: 1\n" in shown
     made = json.loads((folder / "simulation.json").read_text(encoding="utf-8"))
     assert made["object"] == "box.npz"
     assert (made["settings"]["mass"], made["settings"]["friction"]) == (0.3, 0.6)
@@ -133,7 +133,7 @@ def test_position_control_goes_to_the_joints_that_squeeze_which_here_touch_nothi
 
 def test_as_many_grasps_as_asked_for_are_carried_out(folder, capfd):
     assert simulate(folder / "grasps.npz", "--grasps", 2, "--push-weights", 0) == 0
-    assert "mean of 2 0.50" in capfd.readouterr().out
+    assert "score of the first choice: 1; mean of 2 grasps: 0.50\n" in capfd.readouterr().out
     assert [g["score"] for g in json.loads((folder / "simulation.json").read_text(encoding="utf-8"))["grasps"]] == [
         1.0,
         0.0,
@@ -142,7 +142,7 @@ def test_as_many_grasps_as_asked_for_are_carried_out(folder, capfd):
 
 def test_all_are_the_feasible_ones(folder, capfd):
     assert simulate(folder, "--grasps", "all", "--push-weights", 0) == 0
-    assert "mean of 1 " in capfd.readouterr().out
+    assert "score of the first choice: 1\n" in capfd.readouterr().out
 
 
 def test_it_ends_with_1_where_nothing_holds(folder, capfd):
@@ -226,6 +226,7 @@ def test_a_picture_shows_hand_object_and_forces_where_the_simulation_had_them():
         (("--estimated",), "--estimated needs the surface of the plan: 'box.npz' has changed"),
         (("--object", "gone.npz"), "error: 'gone.npz' is not there\n"),
         (("--grasps", "3"), "--grasps must be between 1 and 2"),
+        (("--true-load", "--mass", "1"), "--true-load takes the mass in the object's file; leave out --mass"),
         (("--mass", "-1"), "--simulation.mass must be positive"),
         (("--rise", "0.05"), "--simulation.rise is above"),
     ],

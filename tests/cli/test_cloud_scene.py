@@ -101,8 +101,9 @@ def test_several_numbers_are_parts_of_one_object(files, capfd):
     assert "1_3: cluster 1 and 3, " in capfd.readouterr().out
 
 
-def test_all_objects_are_written_into_a_folder(files, top, capfd):
-    assert cloud("scene.png", "--cameras", "posed.json", "--all", "--out", "mugs.npz") == codes.FEASIBLE
+@pytest.mark.parametrize("out", ["mugs.npz", "mugs"])
+def test_all_objects_are_written_into_a_folder(files, top, capfd, out):
+    assert cloud("scene.png", "--cameras", "posed.json", "--all", "--out", out) == codes.FEASIBLE
     names = sorted(path.name for path in Path("mugs").iterdir())
     assert names == ["mugs_1.npz", "mugs_2.npz", "mugs_3.npz"]
     assert sorted(body_of(top, f"mugs/{name}", transform=False) for name in names) == [0, 1, 2]

@@ -1,5 +1,9 @@
 """Arguments give the same command whether the sections that they do not name are parsed or left out."""
 
+import subprocess
+import sys
+from itertools import pairwise
+
 import pytest
 import tyro
 
@@ -47,3 +51,16 @@ def test_a_refusal_is_told_once_and_knows_the_flags_that_were_left_out(capfd):
     with pytest.raises(SystemExit):
         cli._parsed(["solve", "cloud.npz", "--limits.force-max", "x"])
     assert capfd.readouterr().err.count("Error parsing --limits.force-max") == 1
+
+
+@pytest.mark.parametrize("command", ["solve", "simulate", "cloud"])
+def test_the_text_of_a_flag_is_one_paragraph_wherever_its_lines_end_in_the_source(command):
+    """In the help a line of a text ends early only where the next word does not fit."""
+    asked = [sys.executable, "-m", "sgnlp", command, "--help"]  # in a process of its own: Tyro keeps what it has read
+    told = subprocess.run(asked, capture_output=True, encoding="utf-8", check=True).stdout
+    lines = [line.strip("│").rstrip() for line in told.splitlines() if line.startswith("│")]
+    width = max(map(len, lines))
+    pairs = [(a, b) for a, b in pairwise(lines) if a[:7].isspace() and b[:7].isspace() and "(default" not in a]
+    assert len(pairs) > 10
+    early = [(a, b) for a, b in pairs if b.strip() and len(a) + 1 + len(b.split()[0]) < width]
+    assert not early

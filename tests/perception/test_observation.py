@@ -153,13 +153,16 @@ BAD_ARRAYS = {
     "text": ({"points": np.array([["a", "b", "c"]])}, "must be an array of real numbers"),
     "complex": ({"points": GOOD + 1j}, "found complex128"),
     "bool": ({"points": GOOD > 0}, "found bool"),
-    "no points": ({"points": np.zeros((0, 3))}, "has 0 points, at least 30 are needed"),
-    "29 points": ({"points": GOOD[:29]}, "has 29 points, at least 30 are needed"),
+    "no points": ({"points": np.zeros((0, 3))}, "the cloud has 0 points, at least 30 are needed"),
+    "29 points": ({"points": GOOD[:29]}, "the cloud has 29 points, at least 30 are needed"),
     "too many NaN": ({"points": np.where(np.arange(600)[:, None] < 571, np.nan, GOOD)}, "Dropped 571 of 600 points"),
     "many far": ({"points": np.where(np.arange(600)[:, None] < 130, -1e9, GOOD)}, "22% of the points are too far"),
     "huge": ({"points": np.full((600, 3), 1e308)}, "100% of the points are too far from the origin"),
-    "equal": ({"points": np.full((600, 3), 0.1)}, "has 1 different points of 600"),
-    "few": ({"points": np.repeat(GOOD[:4], 50, axis=0)}, "has 4 different points of 200, at least 30 are needed"),
+    "equal": ({"points": np.full((600, 3), 0.1)}, "the cloud has 1 different points of 600"),
+    "few": (
+        {"points": np.repeat(GOOD[:4], 50, axis=0)},
+        "cloud has 4 different points of 200, at least 30 are",
+    ),
     "four columns": ({"points": np.c_[GOOD, GOOD[:, 0]]}, r"save the three columns .* points\[:, :3\]"),
     "a transform of zeros": ({"points": GOOD, "transform": np.zeros((4, 4))}, "the transform must be"),
     "a point a column": ({"points": GOOD.T}, r"save its transpose, points\.T"),
@@ -319,7 +322,7 @@ def test_invalid_points_below_a_fifth_are_dropped_and_counted():
 def test_too_few_points_after_cleaning_are_refused_with_the_reasons():
     points = np.concatenate([sphere(30), [[0.0, 0.0, -1e-3]]])
     settings = ObservationSettings(outlier_deviations=1e-6)
-    with pytest.raises(InputError, match=r"has \d+ points, at least 30 are needed \(Dropped 1 of 31 .* outliers"):
+    with pytest.raises(InputError, match=r"cloud has \d+ points, at least 30 are needed \(Dropped 1 of 31 .* outliers"):
         observe(points, table_height=TABLE, settings=settings)
 
 

@@ -154,6 +154,12 @@ def test_the_velocities_are_those_of_the_joints_and_nothing_moves_where_a_phase_
     assert made.times[made.ends].tolist() == [0.0, *made.times[[made.last(phase) for phase in PHASES]]]
 
 
+def test_a_phase_that_no_motion_has_is_refused_with_those_that_it_has():
+    made = small_plan().motion
+    with pytest.raises(InputError, match="unknown phase of a motion 'reach'; valid: approach, close, lift, squeeze"):
+        made.last("reach")
+
+
 def test_the_slowest_limit_says_how_long_a_phase_lasts():
     made = moved(asked(speed=0.05, speed_share=0.05))
     assert made.phase_seconds()[APPROACH] == pytest.approx(PEAK * 0.1 / 0.05, abs=0.021)

@@ -12,11 +12,12 @@ from scenes import hand
 
 from sgnlp import cli
 from sgnlp.hand.listing import Listing
+from sgnlp.planning.ending import ENOUGH
 from sgnlp.planning.plan import Plan
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.violations import Violation
+from sgnlp.show import sheets, trials
 from sgnlp.show import tables as report
-from sgnlp.show import trials
 from sgnlp.show.columns import Table
 from sgnlp.simulation import Command
 from sgnlp.simulation.judge import judge
@@ -48,10 +49,11 @@ def plan() -> Plan:
 
 
 def test_the_starts_are_listed_best_first_and_failures_last(plan):
-    table = lines(tables(replace(plan, failures=(Failure(9, "stopped after 1 s"),)))[0], width=100)
+    failures = (Failure(9, "stopped after 1 s"), Failure(7, ENOUGH), Failure(8, "stopped after 1 s"))
+    table, failed = (lines(each, width=100) for each in tables(replace(plan, failures=failures))[:2])
     assert table[0] == ["Starts, best first"]
-    assert [line[0] for line in table[2:]] == [*(str(s.start) for s in plan.solutions), "9"]
-    assert table[-1] == ["9", "no", "stopped after 1 s"]
+    assert [line[0] for line in table[2:]] == [str(s.start) for s in plan.solutions]
+    assert failed == [["Starts without a grasp"], ["start", "why"], ["7", ENOUGH], ["8 9", "stopped after 1 s"]]
     first = plan.solutions[0]
     assert table[2][1:5] == [
         "yes",
@@ -67,7 +69,49 @@ def test_what_fails_is_named_in_the_row(plan):
     checks = tuple(replace(c, passed=c.name not in ("force", "stiffness")) for c in bad.checks)
     row = lines(tables(replace(plan, solutions=(replace(bad, checks=checks),)))[0], width=100)[2]
     assert row[1] == "no"
-    assert row[-1] == "stiffness; force"
+    assert row[-1] == "stiffness force"
+
+
+def test_names_of_checks_are_broken_at_an_underscore_on_a_terminal_of_80_columns(plan):
+    failing = ("margin_initial", "margin_equilibrium", "torque_initial", "torque_equilibrium", "object_contact")
+    checks = tuple(replace(plan.best.checks[0], name=name, passed=False) for name in failing)
+    changed = replace(plan.solutions[0], energy=-3422.1, kkt=replace(plan.best.kkt, dual=7e-07), checks=checks)
+    text = printed(tables(replace(plan, solutions=(changed,)))[0])
+    assert max(map(len, text.splitlines())) <= 80
+    _title, _units, heads, *rows = text.splitlines()
+    assert "[N m]" in heads
+    parts = [row.split()[-1] for row in rows if row.strip()]
+    assert "".join(parts) == "".join(failing)
+    assert set(parts) == {"margin_", "initial", "equilibrium", "object_", "contact", "torque_"}
+
+
+def test_a_column_of_prose_is_narrow_though_it_has_numbers():
+    table = Table("Objects", "name", "numbers", "why", prose=["why"])
+    table.add_row("can", "1234567 " * 3, "it has 5 points, at least 30 are needed")
+    assert printed(table, width=40).splitlines()[1].split() == ["name", "numbers", "why"]
+
+
+def test_a_title_that_is_wider_than_its_table_stays_in_one_line():
+    assert printed(report.facts_table("Compiled, in /home/me/.cache/sgnlp", {"a": 1})).splitlines()[0].rstrip() == (
+        "Compiled, in /home/me/.cache/sgnlp"
+    )
+
+
+@pytest.mark.parametrize("width", [30, 200])
+def test_a_column_without_a_header_is_shown_too(width):
+    table = Table("Clusters", "number", "")
+    table.add_row("1", "no object: it is cut off by the image")
+    assert " ".join(printed(table, width=width).split()).endswith("1 no object: it is cut off by the image")
+
+
+def test_a_zero_has_no_sign(plan):
+    grasps = plan.arrays()
+    below = replace(
+        grasps, contact_distance=grasps.contact_distance * 0 - 1e-9, energy_terms=0 * grasps.energy_terms - 1e-9
+    )
+    gaps = [row[4] for row in sheets.fingers(below, 0).rows[1:]]
+    assert gaps == ["0.00"] * len(gaps)
+    assert all(row[-1] == "0.00" for row in sheets.energy(below, 0, np.ones(len(below.term_names))).rows[1:-1])
 
 
 def test_units_are_seen_and_every_table_fits_a_terminal_of_80_columns(plan):
@@ -90,7 +134,7 @@ def test_the_fingers_table_has_the_numbers_of_the_summary(plan):
             f"{finger['gain']:.0f}",
             f"{finger['force']:.2f}",
             f"{finger['margin_initial']:.3f} {finger['margin_equilibrium']:.3f}",
-            f"{finger['contact_distance_mm']:.2f}",
+            f"{round(finger['contact_distance_mm'], 2) + 0.0:.2f}",
             f"{finger['deviation_mm']:.1f}",
             " ".join(f"{1e3 * x:+.0f}" for x in finger["target"]),
         ]
@@ -131,6 +175,8 @@ def test_every_check_is_shown_with_its_bound(plan):
 
 def test_a_plan_without_solutions_has_only_the_table_of_starts(plan):
     none = replace(plan, solutions=(), failures=(Failure(0, "a"), Failure(1, "b")))
+    some = replace(plan, solutions=plan.solutions[:1], failures=(Failure(1, ENOUGH),))
+    assert report.headline(some).startswith("ellipsoid: 1 of 1 starts feasible, 1 left out, in ")
     assert len(tables(none)) == 1
     assert len(tables(plan)) == 4
     assert report.headline(none).startswith("ellipsoid: 0 of 2 starts feasible in ")
@@ -139,7 +185,7 @@ def test_a_plan_without_solutions_has_only_the_table_of_starts(plan):
 
 @pytest.mark.parametrize("text", ["[red]", "[/]", "[1]", ":warning:", "[N] [/bold]"])
 def test_what_looks_like_markup_is_shown_as_it_is(plan, text):
-    assert text in printed(tables(replace(plan, failures=(Failure(0, text),)))[0], width=100)
+    assert text in printed(tables(replace(plan, failures=(Failure(0, text),)))[1], width=100)
     assert text in printed(report.facts_table(text, {"name": "value"}))
     assert text in printed(report.rows_table("title", [{"views": text}]))
 

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 
 from sgnlp.base.arrays import Array, IntArray, StrArray
+from sgnlp.base.brief import brief
 from sgnlp.base.checked import Typed
+from sgnlp.base.errors import unknown
 from sgnlp.program.constraint import Check
 
 APPROACH, CLOSE, SQUEEZE, LIFT = PHASES = ("approach", "close", "squeeze", "lift")
@@ -21,6 +23,7 @@ class Trajectory(Typed):
     """T samples of a hand with n joints and m fingers, on an arm with a joints or none (a = 0), in the world frame."""
 
     called = "a trajectory"
+    __repr__ = brief
 
     times: Array  # (T,) [s], from 0
     phase: StrArray  # (T,), of `PHASES`
@@ -63,7 +66,9 @@ class Trajectory(Typed):
         return np.array([0, *(self.last(phase) for phase in PHASES)])
 
     def last(self, phase: str) -> int:
-        """Index of the last sample of a phase."""
+        """Index of the last sample of a phase: approach, close, squeeze or lift."""
+        if phase not in PHASES:
+            raise unknown("phase of a motion", phase, PHASES)
         return int(np.flatnonzero(self.phase == phase)[-1])
 
     def phase_seconds(self) -> dict[str, float]:

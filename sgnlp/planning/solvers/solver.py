@@ -12,6 +12,7 @@ import numpy as np
 
 from sgnlp.base import settings
 from sgnlp.base.arrays import Array
+from sgnlp.base.brief import brief
 from sgnlp.base.checked import Typed, require, require_fields
 from sgnlp.base.errors import InputError, SolverError
 from sgnlp.program.oracle import Functions
@@ -38,6 +39,7 @@ class NlpInstance(Typed):
     """
 
     called = "a program"
+    __repr__ = brief
 
     functions: Functions
     p: Array
@@ -79,6 +81,8 @@ class Answer:
     method that does not end at its last point. `way` has one number for each iterate: `obj` (f), `inf_pr`, `inf_du` and
     `mu`.
     """
+
+    __repr__ = brief
 
     x: Array  # (nx,)
     status: str = ""

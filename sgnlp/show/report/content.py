@@ -11,6 +11,7 @@ from sgnlp.planning.approach import approaches
 from sgnlp.planning.cautions import cautions, remarks
 from sgnlp.planning.cautions.plans import alike
 from sgnlp.planning.confidence import words
+from sgnlp.planning.ending import LEFT
 from sgnlp.planning.reopen import Reopened
 from sgnlp.show import plots, png
 from sgnlp.show.plots import Panel
@@ -99,7 +100,9 @@ def report(
 def lead(summary: Mapping[str, Any]) -> str:
     """The outcome in one line."""
     first = summary["starts_table"][0]
-    found = f"{summary['feasible']} of {summary['tried']} starts feasible with {summary['hand']}"
+    left = sum(start.get("failure") in LEFT for start in summary["starts_table"])
+    found = f"{summary['feasible']} of {summary['tried'] - left} starts feasible with {summary['hand']}"
+    found += f", {left} left out" if left else ""
     kind = "best" if first["feasible"] else "least bad"
     return f"{found}; the {kind} is start {first['start']}, worst margin {first['worst_margin']:.3f}."
 
