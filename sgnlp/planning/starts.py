@@ -3,13 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from sgnlp.base.arrays import Array
 from sgnlp.hand.arm import with_base
 from sgnlp.hand.arm_inverse import reach, way_ends
 from sgnlp.hand.inverse import reached
 from sgnlp.hand.kinematics import frames
+from sgnlp.planning.placing.placed import chooses, placed
+from sgnlp.planning.placing.poses import turned
 from sgnlp.planning.problem import Problem
 from sgnlp.program.carried import UNIT
 from sgnlp.program.nlp import Nlp
@@ -40,11 +41,15 @@ def starts(problem: Problem, count: int, seed: int) -> list[Start]:
     centre, extents = problem.box.mean(axis=0), problem.box[1] - problem.box[0]
     file = [w.pose(centre, extents) for w in problem.hand.wrist_starts]
     rng = np.random.default_rng(seed)
-    turned = [
-        _turn(file[rng.integers(len(file))], centre, rng.uniform(-np.pi, np.pi))
+    seeded = [
+        turned(file[rng.integers(len(file))], centre, rng.uniform(-np.pi, np.pi))
         for _ in range(max(count - len(file), 0))
     ]
-    return [_start(problem, i, wrist) for i, wrist in enumerate([*file, *turned][:count])]
+    wrists = [*file, *seeded][:count]
+    if chooses(problem):
+        chosen = (placed(problem, wrist, np.array(file), (seed, i)) for i, wrist in enumerate(wrists))
+        return [Start(i, p.wrist, p.joints, _inside(problem, p.targets), p.gains) for i, p in enumerate(chosen)]
+    return [_start(problem, i, wrist) for i, wrist in enumerate(wrists)]
 
 
 def initial(nlp: Nlp, start: Start) -> Array:
@@ -73,21 +78,15 @@ def at_contact(nlp: Nlp, x: Array, p: Array) -> Array:
     return np.concatenate([np.zeros(0), *parts])
 
 
-def _turn(wrist: Array, centre: Array, yaw: float) -> Array:
-    """The pose turned by `yaw` [rad] about the vertical through `centre` (3)."""
-    turn = pin.SE3(pin.utils.rotate("z", yaw), np.zeros(3))
-    pose = pin.XYZQUATToSE3(wrist)
-    pose.translation -= centre
-    pose = turn * pose
-    pose.translation += centre
-    return np.asarray(pin.SE3ToXYZQUAT(pose))
-
-
 def _start(problem: Problem, index: int, wrist: Array) -> Start:
     hand = problem.hand
     tips, _ = frames(hand, wrist, hand.reference)
-    side = problem.gpis.radius / np.sqrt(3)
-    targets = tips + TARGET_DEPTH * (tips.mean(axis=0) - tips)
-    targets = np.clip(targets, problem.gpis.centre - side, problem.gpis.centre + side)
+    targets = _inside(problem, tips + TARGET_DEPTH * (tips.mean(axis=0) - tips))
     gains = np.clip(hand.gain_initial, *problem.gain_bounds())
     return Start(index, wrist, hand.reference, targets, gains)
+
+
+def _inside(problem: Problem, targets: Array) -> Array:
+    """The targets (m, 3) [m] moved into the cube in which the surface is valid."""
+    side = problem.gpis.radius / np.sqrt(3)
+    return np.clip(targets, problem.gpis.centre - side, problem.gpis.centre + side)
