@@ -29,6 +29,8 @@ from sgnlp.hand.model import Mimic, joint_model, mimics, own_joints
 from sgnlp.hand.placements import Backend, backend, usable
 
 HAND_FILE = "hand.yaml"
+PLACE = 3
+"""Joints that it takes to bring a fingertip to a place; one more lets it press from another side."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +82,11 @@ class Hand(Typed):
     def models(self) -> tuple[pin.Model, ...]:
         """The joint trees of the hand and of its arm."""
         return (self.model, self.arm.model) if self.arm else (self.model,)
+
+    @property
+    def few_joints(self) -> bool:
+        """Whether it has fewer than four joints for each finger: none is left once a tip stands at a place."""
+        return len(self.joint_names) < (PLACE + 1) * len(self.fingers)
 
     @property
     def tip_radii(self) -> Array:

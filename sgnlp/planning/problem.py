@@ -215,7 +215,7 @@ def build_problem(
         table_height=observation.table_height,
         com=com,
         terms=additions.all_terms(settings, around),
-        constraints=_constraints(settings, gpis, additions, around),
+        constraints=_constraints(settings, hand, gpis, additions, around),
         formulation=additions.chosen(settings),
         thing=upright_box(observation.points, observation.table_height, "object"),
         surroundings=surroundings,
@@ -238,12 +238,19 @@ def _check_base(hand: Hand, box: Array) -> None:
 def with_limits(problem: Problem, limits: Limits) -> Problem:
     """The same problem with other limits."""
     settings = replace(problem.settings, limits=limits)
-    constraints = _constraints(settings, problem.gpis, problem.additions, problem.around)
+    constraints = _constraints(settings, problem.hand, problem.gpis, problem.additions, problem.around)
     return replace(problem, settings=settings, constraints=constraints)
 
 
-def _constraints(settings: Settings, gpis: Gpis, additions: Additions, around: Around) -> tuple[Constraint, ...]:
-    return additions.all_constraints(settings if gpis.free_space else _with_reserve(settings), around)
+def place_error(limits: Limits, hand: Hand) -> float:
+    """The error of its position [m] that a hand's pregrasp allows for."""
+    return min(limits.place_error, limits.place_error_few) if hand.few_joints else limits.place_error
+
+
+def _constraints(
+    settings: Settings, hand: Hand, gpis: Gpis, additions: Additions, around: Around
+) -> tuple[Constraint, ...]:
+    return additions.all_constraints(_with_gaps(settings, hand, gpis), around)
 
 
 def _known(observation: Observation, settings: Settings, seed: int, additions: Additions, box: Array) -> Known:
@@ -252,10 +259,11 @@ def _known(observation: Observation, settings: Settings, seed: int, additions: A
     return gpis, _centre_of_mass(gpis, box, observation.table_height)
 
 
-def _with_reserve(settings: Settings) -> Settings:
-    """Settings with smaller gaps, for a surface without free space: it bulges outwards, which is a gap in itself."""
-    reserve = settings.free_space.reserve if settings.free_space.used else 0.0
-    gap, margin = (max(x - reserve, 0.0) for x in (settings.limits.place_error, settings.closing.margin))
+def _with_gaps(settings: Settings, hand: Hand, gpis: Gpis) -> Settings:
+    """Settings with the gaps of this hand and surface: one without free space bulges outwards, a gap in itself."""
+    bulges = settings.free_space.used and not gpis.free_space
+    reserve, gap = settings.free_space.reserve if bulges else 0.0, place_error(settings.limits, hand)
+    gap, margin = (max(x - reserve, 0.0) for x in (gap, settings.closing.margin))
     limits, closing = replace(settings.limits, place_error=gap), replace(settings.closing, margin=margin)
     return replace(settings, limits=limits, closing=closing)
 

@@ -38,6 +38,7 @@ def test_an_object_is_asked_of_a_hand_only_if_it_fits(monkeypatch):
     monkeypatch.setattr(hands, "available_hands", lambda: ("small", "large"))
     gap = 2 * ROBUST.limits.place_error
     sizes = {"small": 0.080 + gap, "large": 0.110 + gap}
+    monkeypatch.setattr(hands, "_gap", lambda setup, hand: gap / 2)
     monkeypatch.setattr(hands, "_opening", lambda hand, preset: Opening(sizes[hand], np.zeros(3), np.zeros(1)))
     setup = Setup(files, "small", ROBUST, 7, 0, 300.0)
     keys = [case.key for case in hands.cases(setup, setup.observations())]

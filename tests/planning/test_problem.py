@@ -9,7 +9,7 @@ from views import EYES, MIDDLE, ball
 
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Limits, Weights
-from sgnlp.planning.problem import build_problem
+from sgnlp.planning.problem import build_problem, place_error
 from sgnlp.planning.starts import starts
 from sgnlp.program.formulations import formulation
 
@@ -70,6 +70,17 @@ def test_without_cameras_less_is_asked_of_the_gaps_and_the_settings_stay():
         assert lower["pads_object"] == lower["object"] == pytest.approx(gap)
         assert lower["object_contact"] == lower["table_contact"] == pytest.approx(margin)
         assert built.settings == settings
+
+
+@pytest.mark.parametrize(("name", "gap"), [("allegro_left", 0.024), ("dlr_hit_right", 0.016)])
+def test_a_hand_whose_fingers_have_few_joints_keeps_a_smaller_gap(name, gap):
+    limits = replace(SMALL.limits, place_error=0.024)
+    built = build_problem(ball(EYES[:1]), name, replace(SMALL, limits=limits))
+    lower = {constraint.name: constraint.lower for constraint in built.constraints}
+    assert lower["pads_object"] == lower["object"] == pytest.approx(gap)
+    assert place_error(replace(limits, place_error=0.01), built.hand) == 0.01
+    assert place_error(replace(limits, place_error_few=0.024), built.hand) == 0.024
+    assert built.settings.limits == limits
 
 
 def test_the_bounds_of_the_variables_are_the_joint_limits_the_gains_and_a_cube_in_the_models_ball(problem, nlp):

@@ -25,6 +25,7 @@ from sgnlp.experiments.studies.trials import NO_PLAN, Condition
 from sgnlp.hand.hand import available_hands, load_hand
 from sgnlp.hand.opening import Opening, opening, press
 from sgnlp.perception.observation import Observation, load
+from sgnlp.planning.problem import place_error
 from sgnlp.planning.solve import solve
 from sgnlp.show.plots import Panel
 from sgnlp.simulation import SimulationSettings
@@ -107,8 +108,13 @@ def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:
 
 def _fits(setup: Setup, hand: str, vertices: Array | None) -> bool:
     largest = _opening(hand, setup.settings.spheres)
-    gaps = 2 * setup.settings.limits.place_error
-    return largest is not None and vertices is not None and width(vertices) + gaps <= largest.diameter
+    if largest is None or vertices is None:
+        return False
+    return bool(width(vertices) + 2 * _gap(setup, hand) <= largest.diameter)
+
+
+def _gap(setup: Setup, hand: str) -> float:
+    return place_error(setup.settings.limits, load_hand(hand, setup.settings.spheres))
 
 
 def facts(setup: Setup) -> dict[str, Any]:

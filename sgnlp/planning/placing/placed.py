@@ -21,13 +21,11 @@ from sgnlp.hand.kinematics import frames
 from sgnlp.planning.placing.balance import balance
 from sgnlp.planning.placing.closing import STEP, Closing, closing, nudged
 from sgnlp.planning.placing.poses import others
-from sgnlp.planning.problem import Problem
+from sgnlp.planning.problem import Problem, place_error
 from sgnlp.program.equilibrium import GRAVITY
 from sgnlp.surface.gpis import MEAN_JET, MIN_SLOPE, VARIANCE_JET
 from sgnlp.surface.native import raw_jets
 
-ENOUGH = 4
-"""Joints for each finger with which a hand needs no choice of its starts."""
 CANDIDATES = 100
 """Poses for each start."""
 COST, OFF = 100.0, 10.0
@@ -80,8 +78,7 @@ class _Near:
 def chooses(problem: Problem) -> bool:
     """Whether the starts of a problem are chosen: of a hand with few joints, without an arm, that plans its contact."""
     hand, settings = problem.hand, problem.settings
-    few = len(hand.joint_names) < ENOUGH * len(hand.fingers)
-    return few and hand.arm is None and settings.closing.planned and settings.contact.c < 1
+    return hand.few_joints and hand.arm is None and settings.closing.planned and settings.contact.c < 1
 
 
 def placed(problem: Problem, wrist: Array, poses: Array, seed: tuple[int, int]) -> Placed:
@@ -146,7 +143,7 @@ def _astray(problem: Problem, points: Array) -> Array:
 
 def _gap(problem: Problem) -> float:
     """The gap [m] between pads and object at the pregrasp."""
-    return problem.settings.limits.object_margin + problem.settings.limits.place_error
+    return problem.settings.limits.object_margin + place_error(problem.settings.limits, problem.hand)
 
 
 def _links(problem: Problem, surface: _Near, way: Closing, wrist: Array, places: Array) -> float:
