@@ -173,9 +173,9 @@ class Limits(Checked):
     place_error: Distance = 0.0
     """error of the hand's position that the pregrasp allows for [m]: it is added to `object_margin`; less if no camera
     is known (`free_space.reserve`)"""
-    place_error_few: Distance = 0.016
-    """the same for a hand with fewer than four joints for each finger, if that is less [m]: such a finger cannot draw
-    far back along the line on which it presses"""
+    place_error_tight: Distance = 0.016
+    """the same, if that is less, where a wide gap is hard to keep [m]: by fingers with fewer than four joints each,
+    which cannot draw far back along the line on which they press, and if no camera is known, for the surface bulges"""
     wrist_travel: Travel = 0.3
     """largest displacement of the wrist from its start, along each axis [m]"""
     obstacle_margin: Margin = 0.012

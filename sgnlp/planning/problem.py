@@ -242,9 +242,9 @@ def with_limits(problem: Problem, limits: Limits) -> Problem:
     return replace(problem, settings=settings, constraints=constraints)
 
 
-def place_error(limits: Limits, hand: Hand) -> float:
-    """The error of its position [m] that a hand's pregrasp allows for."""
-    return min(limits.place_error, limits.place_error_few) if hand.few_joints else limits.place_error
+def place_error(limits: Limits, tight: bool) -> float:
+    """The error of the hand's position [m] that the pregrasp allows for; `tight`: where a wide gap is hard to keep."""
+    return min(limits.place_error, limits.place_error_tight) if tight else limits.place_error
 
 
 def _constraints(
@@ -262,7 +262,8 @@ def _known(observation: Observation, settings: Settings, seed: int, additions: A
 def _with_gaps(settings: Settings, hand: Hand, gpis: Gpis) -> Settings:
     """Settings with the gaps of this hand and surface: one without free space bulges outwards, a gap in itself."""
     bulges = settings.free_space.used and not gpis.free_space
-    reserve, gap = settings.free_space.reserve if bulges else 0.0, place_error(settings.limits, hand)
+    reserve = settings.free_space.reserve if bulges else 0.0
+    gap = place_error(settings.limits, tight=bulges or hand.few_joints)
     gap, margin = (max(x - reserve, 0.0) for x in (gap, settings.closing.margin))
     limits, closing = replace(settings.limits, place_error=gap), replace(settings.closing, margin=margin)
     return replace(settings, limits=limits, closing=closing)

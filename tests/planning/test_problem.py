@@ -60,10 +60,16 @@ def test_without_cameras_less_is_asked_of_the_gaps_and_the_settings_stay():
         limits=replace(SMALL.limits, place_error=0.016),
         closing=replace(SMALL.closing, planned=True, margin=0.008),
     )
+    wider = replace(wide, limits=replace(wide.limits, place_error=0.024))
     one = ball(EYES[:1])
     alone = replace(one, camera_positions=None)
     unused = replace(wide, free_space=replace(wide.free_space, used=False))
-    cases = ((one, wide, 0.016, 0.008), (alone, wide, 0.01, 0.002), (alone, unused, 0.016, 0.008))
+    cases = (
+        (one, wide, 0.016, 0.008),
+        (alone, wide, 0.01, 0.002),
+        (alone, wider, 0.01, 0.002),
+        (alone, unused, 0.016, 0.008),
+    )
     for cloud, settings, gap, margin in cases:
         built = build_problem(cloud, hand(), settings)
         lower = {constraint.name: constraint.lower for constraint in built.constraints}
@@ -78,8 +84,8 @@ def test_a_hand_whose_fingers_have_few_joints_keeps_a_smaller_gap(name, gap):
     built = build_problem(ball(EYES[:1]), name, replace(SMALL, limits=limits))
     lower = {constraint.name: constraint.lower for constraint in built.constraints}
     assert lower["pads_object"] == lower["object"] == pytest.approx(gap)
-    assert place_error(replace(limits, place_error=0.01), built.hand) == 0.01
-    assert place_error(replace(limits, place_error_few=0.024), built.hand) == 0.024
+    assert place_error(replace(limits, place_error=0.01), tight=True) == 0.01
+    assert place_error(replace(limits, place_error_tight=0.03), tight=True) == 0.024
     assert built.settings.limits == limits
 
 

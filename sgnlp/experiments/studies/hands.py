@@ -114,7 +114,7 @@ def _fits(setup: Setup, hand: str, vertices: Array | None) -> bool:
 
 
 def _gap(setup: Setup, hand: str) -> float:
-    return place_error(setup.settings.limits, load_hand(hand, setup.settings.spheres))
+    return place_error(setup.settings.limits, load_hand(hand, setup.settings.spheres).few_joints)
 
 
 def facts(setup: Setup) -> dict[str, Any]:

@@ -143,7 +143,7 @@ def _astray(problem: Problem, points: Array) -> Array:
 
 def _gap(problem: Problem) -> float:
     """The gap [m] between pads and object at the pregrasp."""
-    return problem.settings.limits.object_margin + place_error(problem.settings.limits, problem.hand)
+    return problem.settings.limits.object_margin + place_error(problem.settings.limits, problem.hand.few_joints)
 
 
 def _links(problem: Problem, surface: _Near, way: Closing, wrist: Array, places: Array) -> float:
