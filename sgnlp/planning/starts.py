@@ -1,6 +1,7 @@
 """Initial guesses: the wrist starts of the hand's file around the cloud, then randomly turned copies of them."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from sgnlp.program.carried import UNIT
 from sgnlp.program.nlp import Nlp
 from sgnlp.program.variables import AtContact, posture, variable_units
 
+KEPT = 64
+"""Chosen starts that a process keeps: more than five rounds of seven."""
 TARGET_DEPTH = 0.5
 """Initial targets lie this far from each tip towards the middle of the tips (paper's appendix: halfway)."""
 
@@ -38,8 +41,7 @@ def starts(problem: Problem, count: int, seed: int) -> list[Start]:
     A seeded start is one of the file's, turned by a random angle about the vertical through the middle of the cloud's
     box.
     """
-    centre, extents = problem.box.mean(axis=0), problem.box[1] - problem.box[0]
-    file = [w.pose(centre, extents) for w in problem.hand.wrist_starts]
+    centre, file = problem.box.mean(axis=0), _file(problem)
     rng = np.random.default_rng(seed)
     seeded = [
         turned(file[rng.integers(len(file))], centre, rng.uniform(-np.pi, np.pi))
@@ -47,9 +49,21 @@ def starts(problem: Problem, count: int, seed: int) -> list[Start]:
     ]
     wrists = [*file, *seeded][:count]
     if chooses(problem):
-        chosen = (placed(problem, wrist, np.array(file), (seed, i)) for i, wrist in enumerate(wrists))
-        return [Start(i, p.wrist, p.joints, _inside(problem, p.targets), p.gains) for i, p in enumerate(chosen)]
+        return [_chosen(problem, i, tuple(wrist), seed) for i, wrist in enumerate(wrists)]
     return [_start(problem, i, wrist) for i, wrist in enumerate(wrists)]
+
+
+def _file(problem: Problem) -> list[Array]:
+    """The wrist poses of the hand's file around the cloud."""
+    centre, extents = problem.box.mean(axis=0), problem.box[1] - problem.box[0]
+    return [start.pose(centre, extents) for start in problem.hand.wrist_starts]
+
+
+@lru_cache(maxsize=KEPT)
+def _chosen(problem: Problem, index: int, wrist: tuple[float, ...], seed: int) -> Start:
+    """The start that is chosen near a wrist pose (7,); rounds of starts and cautions ask for it again."""
+    p = placed(problem, np.array(wrist), np.array(_file(problem)), (seed, index))
+    return Start(index, p.wrist, p.joints, _inside(problem, p.targets), p.gains)
 
 
 def initial(nlp: Nlp, start: Start) -> Array:
