@@ -29,7 +29,7 @@ from sgnlp.hand.model import Mimic, joint_model, mimics, own_joints
 from sgnlp.hand.placements import Backend, backend, usable
 
 HAND_FILE = "hand.yaml"
-PLACE = 3
+POSITION = 3
 """Joints that it takes to bring a fingertip to a place; one more lets it press from another side."""
 
 
@@ -86,7 +86,7 @@ class Hand(Typed):
     @property
     def few_joints(self) -> bool:
         """Whether it has fewer than four joints for each finger: none is left once a tip stands at a place."""
-        return len(self.joint_names) < (PLACE + 1) * len(self.fingers)
+        return len(self.joint_names) < (POSITION + 1) * len(self.fingers)
 
     @property
     def tip_radii(self) -> Array:

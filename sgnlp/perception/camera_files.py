@@ -12,9 +12,9 @@ import yaml
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.errors import InputError
-from sgnlp.base.signatures import HEAD, kind_of
 from sgnlp.base.yaml_nodes import Loader
 from sgnlp.perception.camera_poses import MILLIMETRE, numbers, only, pose_of
+from sgnlp.perception.signatures import HEAD, kind_of
 
 YAML_SUFFIXES = (".yaml", ".yml")
 MATRICES = ("K", "k", "camera_matrix", "Camera_Matrix", "cameraMatrix", "cam_K", "intrinsics", "intrinsic")

@@ -24,13 +24,13 @@ def numbers(found: Mapping[str, Any], key: str, count: int | None) -> Array:
     value = found[key]
     value, matrix = (value["data"], value) if isinstance(value, Mapping) and "data" in value else (value, {})
     try:
-        numbers = floats(np.ravel(value), key, (count,))
+        entries = floats(np.ravel(value), key, (count,))
     except ValueError as error:
         raise InputError(f"'{key}' must be an array of real numbers; its rows differ in length") from error
     rows, columns = matrix.get("rows"), matrix.get("cols")
-    if isinstance(rows, int) and isinstance(columns, int) and rows * columns != len(numbers):
-        raise InputError(f"'{key}' must have rows x cols numbers, {rows} x {columns}; found {len(numbers)}")
-    return numbers
+    if isinstance(rows, int) and isinstance(columns, int) and rows * columns != len(entries):
+        raise InputError(f"'{key}' must have rows x cols numbers, {rows} x {columns}; found {len(entries)}")
+    return entries
 
 
 def only(what: str, known: Mapping[str, Array], most: float) -> Array:

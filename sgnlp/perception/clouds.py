@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from sgnlp.base import signatures
 from sgnlp.base.arrays import Array, IntArray, floats, integers
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.base.ranges import HEAVIEST, ROUGHEST
-from sgnlp.perception import depth_checks, open3d_files, point_files
+from sgnlp.perception import depth_checks, open3d_files, point_files, signatures
 from sgnlp.perception.point_arrays import rows
 from sgnlp.perception.text_rows import directions
 

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from sgnlp.base.errors import InputError
-from sgnlp.base.signatures import HEAD, PICTURES, refuse_others
 from sgnlp.perception import camera_files, masks
 from sgnlp.perception.clouds import checked_pose
 from sgnlp.perception.depth import DepthImage, checked_intrinsics
+from sgnlp.perception.signatures import HEAD, PICTURES, refuse_others
 
 DEPTH_SUFFIXES = (".npy", ".png", ".tif", ".tiff", ".pgm")
 MASK_SUFFIXES = (*DEPTH_SUFFIXES, ".bmp", ".jpg", ".jpeg")

@@ -17,7 +17,7 @@ from sgnlp.perception.observation import Observation
 from sgnlp.planning import results
 from sgnlp.planning.cautions import cautions
 from sgnlp.planning.cautions.planned import Planned
-from sgnlp.planning.ending import ENOUGH, LEFT, Ending
+from sgnlp.planning.ending import LEFT, Ending
 from sgnlp.planning.environment import machine, surface_backend, versions
 from sgnlp.planning.extension import Extension
 from sgnlp.planning.grasps import Grasps, stack
@@ -114,7 +114,7 @@ class Plan(Typed):
             "seed": self.seed,
             "starts": self.count,
             "tried": self.tried,
-            "left": sum(failure.reason == ENOUGH for failure in self.failures),
+            "left": self.left,
             "widened": self.widened,
             "vain": self.vain,
             "timeout": self.timeout,

@@ -110,6 +110,7 @@ def test_a_start_that_hangs_ends_at_the_deadline(monkeypatch, tmp_path):
     monkeypatch.setattr("sgnlp.planning.pool.solve_start", hang)
     plan = solve(observation(), hand(), SMALL, count=STARTS, jobs=2, deadline=1.0)
     assert plan.failures == tuple(Failure(i, TOO_LATE) for i in range(STARTS))
+    assert plan.meta()["left"] == plan.left == STARTS
     assert plan.best is None
 
 

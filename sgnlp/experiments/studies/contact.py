@@ -66,15 +66,15 @@ def trial(setup: Setup, file: Path, condition: Condition, views: list[str]) -> l
     plan = trials.planned(setup, file, condition, views)
     row = Row(load="", **trials.told(plan, condition, views))
     if plan.best is None:
-        return [
-            replace(row, load=name) for name, s in TRIALS.items() for _ in range(DIRECTIONS if s.place_error else 1)
-        ]
+        return [replace(row, load=name) for name, _ in _directed()]
     seed = setup.seed + crc32(row.object.encode())
-    return [
-        replace(row, load=name, **trials.measured(trials.carried_out(plan, replace(settings, seed=seed + direction))))
-        for name, settings in TRIALS.items()
-        for direction in range(DIRECTIONS if settings.place_error else 1)
-    ]
+    trial = [(name, replace(TRIALS[name], seed=seed + direction)) for name, direction in _directed()]
+    return [replace(row, load=name, **trials.measured(trials.carried_out(plan, s))) for name, s in trial]
+
+
+def _directed() -> list[tuple[str, int]]:
+    """Each trial's name, with the number of the direction of its error."""
+    return [(name, i) for name, s in TRIALS.items() for i in range(DIRECTIONS if s.place_error else 1)]
 
 
 def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:

@@ -3,6 +3,7 @@
 A cloud of one body on a table gives none.
 """
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from scipy.spatial import QhullError, cKDTree
 from sgnlp.perception.cleaning import coordinate_steps
 from sgnlp.perception.free_space import doubt, in_front
 from sgnlp.perception.observation import Observation
-from sgnlp.planning.cautions.measures import body_shares, bulge, largest_plane, outside, sample, seen_sides
+from sgnlp.planning.cautions.measures import Plane, body_shares, bulge, largest_plane, outside, sample, seen_sides
 from sgnlp.planning.cautions.planned import Planned
 from sgnlp.surface.hull import cameras_of
 
@@ -63,9 +64,15 @@ def bodies(cloud: Observation, result: Planned) -> str:
     return f"The cloud has {len(shares)} clusters {far}: {_part(cloud)}." if len(shares) > 1 else ""
 
 
+@lru_cache(maxsize=1)
+def plane_of(cloud: Observation) -> Plane:
+    """The plane of most points, which several cautions ask for."""
+    return largest_plane(sample(cloud.points), PLANE_THICKNESS, PLANE_MARGIN)
+
+
 def plane(cloud: Observation, result: Planned) -> str:
     """A table or a wall in the cloud."""
-    found = largest_plane(sample(cloud.points), PLANE_THICKNESS, PLANE_MARGIN)
+    found = plane_of(cloud)
     if found.inside < PLANE_INSIDE or found.ratio < PLANE_RATIO:
         return ""
     level = abs(found.normal[2]) > np.cos(np.radians(10)) and found.height < cloud.table_height + TABLE_NEAR

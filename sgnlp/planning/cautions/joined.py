@@ -12,8 +12,8 @@ from scipy.spatial import ConvexHull, QhullError
 
 from sgnlp.base.arrays import Array, BoolArray
 from sgnlp.perception.observation import Observation
-from sgnlp.planning.cautions.clouds import bodies, plane
-from sgnlp.planning.cautions.measures import largest_plane, sample
+from sgnlp.planning.cautions.clouds import PLANE_MARGIN, PLANE_THICKNESS, bodies, plane, plane_of
+from sgnlp.planning.cautions.measures import sample
 from sgnlp.planning.cautions.planned import Planned
 
 CELL, CLOSED = 0.003, 3
@@ -26,8 +26,6 @@ outline and holds a circle of this radius [m]. Of 412 good clouds the narrowest 
 two balls and two boxes that are shifted have 0.44 to 0.73."""
 LEVEL = np.cos(np.radians(10))
 """Least vertical part of the normal of a level plane."""
-THICKNESS, MARGIN = 0.004, 0.01
-"""[m] Half of the thickness of a plane's points, and how far what stands on it is above it and inside its edge."""
 PLATE_SHARE, PLATE_INSIDE, PLATE_RATIO, STANDING_SHARE = 0.5, 0.95, 5.0, 0.05
 """A plate holds at least the first share of the points; the second share of what is above it stands inside its edge; it
 is this many times as wide; and above it is at least the last share. Closest are toy cars, with 0.41, 1, 3.7, 0.28, and
@@ -47,17 +45,16 @@ def touching(cloud: Observation, result: Planned) -> str:
 
 def stand(cloud: Observation, result: Planned) -> str:
     """A level plane above the table with something narrow on it."""
-    points = sample(cloud.points)
-    found = largest_plane(points, THICKNESS, MARGIN)
+    points, found = sample(cloud.points), plane_of(cloud)
     above = points[:, 2] - found.height
-    if abs(found.normal[2]) < LEVEL or found.share < PLATE_SHARE or (above > MARGIN).mean() < STANDING_SHARE:
+    if abs(found.normal[2]) < LEVEL or found.share < PLATE_SHARE or (above > PLANE_MARGIN).mean() < STANDING_SHARE:
         return ""
     try:
-        plate, feet = ConvexHull(points[np.abs(above) < THICKNESS, :2]), points[above > MARGIN, :2]
+        plate, feet = ConvexHull(points[np.abs(above) < PLANE_THICKNESS, :2]), points[above > PLANE_MARGIN, :2]
         ratio = float(plate.volume / ConvexHull(feet).volume)
     except (QhullError, ValueError):  # on one line, or too few
         return ""
-    inside = float((-(feet @ plate.equations[:, :2].T + plate.equations[:, 2]).max(axis=1) > MARGIN).mean())
+    inside = float((-(feet @ plate.equations[:, :2].T + plate.equations[:, 2]).max(axis=1) > PLANE_MARGIN).mean())
     if inside < PLATE_INSIDE or ratio < PLATE_RATIO or plane(cloud, result):
         return ""
     height = 1e3 * (found.height - cloud.table_height)
