@@ -38,9 +38,11 @@ OTHERS = {
 ROOT = Path(__file__).parents[1]
 EXIT_CODES = {
     0: "a feasible grasp was found, or the command did what it was asked",
-    1: "no start gave a feasible grasp, or the confidence of the first choice is below `--min-confidence`",
+    1: "no start gave a feasible grasp, or the first choice is not as confident as `--min-confidence` asks; with "
+    "`sgnlp batch` one of the objects is so; with `sgnlp simulate` no grasp held with the full score; with `sgnlp "
+    "study` a case failed",
     2: "the flags are wrong",
-    3: "a file, a name or a value is wrong",
+    3: "a file, a name or a value is wrong; with `sgnlp check-hand` and `sgnlp draft-hand`, the hand",
     4: "the machine ran out of disk, memory, processes or open files; no file is half-written",
     130: "ended by Ctrl-C",
     141: "the reader of the output has closed the pipe",
