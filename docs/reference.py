@@ -51,7 +51,7 @@ BAR = re.compile(r"(?<!\\)\|")
 """What divides the cells of a Markdown table."""
 INTERVAL = re.compile(r"^[\d.]+ \([\d.]+(?:-[\d.]+)?\)$")
 """A number and what belongs to it, 94 (83-98), in a line of its own cell."""
-GROUP = re.compile(r" \w+ options\n")
+GROUP = re.compile(r" [\w-]+ options\n")
 """The title of the flags of one group of settings."""
 
 
