@@ -51,8 +51,8 @@ BAR = re.compile(r"(?<!\\)\|")
 """What divides the cells of a Markdown table."""
 INTERVAL = re.compile(r"^[\d.]+ \([\d.]+(?:-[\d.]+)?\)$")
 """A number and what belongs to it, 94 (83-98), in a line of its own cell."""
-GROUP = re.compile(r" [\w-]+ options\n")
-"""The title of the flags of one group of settings."""
+GROUP = re.compile(r"^ [\w-]+ options\n(?:(?! \w).*\n)*", re.MULTILINE)
+"""The flags of one group of settings: the title, and all lines before the next one."""
 
 
 def settings() -> str:
@@ -204,5 +204,5 @@ def help_text(*command: str) -> str:
     printed = io.StringIO()
     with redirect_stdout(printed), patch.dict(os.environ, COLUMNS="88", NO_COLOR="1"):
         run([*command, "--help"])
-    lines = "\n".join(line.rstrip() for line in printed.getvalue().strip("\n").splitlines())
-    return "\n\n".join(block for block in lines.split("\n\n") if not GROUP.match(block)) + "\n"
+    lines = "".join(f"{line.rstrip()}\n" for line in printed.getvalue().strip("\n").splitlines())
+    return GROUP.sub("", lines).rstrip("\n") + "\n"
