@@ -38,9 +38,11 @@ OTHERS = {
 ROOT = Path(__file__).parents[1]
 EXIT_CODES = {
     0: "a feasible grasp was found, or the command did what it was asked",
-    1: "no start gave a feasible grasp, or the confidence of the first choice is below `--min-confidence`",
+    1: "no start gave a feasible grasp, or the first choice is not as confident as `--min-confidence` asks; with "
+    "`sgnlp batch` one of the objects is so; with `sgnlp simulate` no grasp held with the full score; with `sgnlp "
+    "study` a case failed",
     2: "the flags are wrong",
-    3: "a file, a name or a value is wrong",
+    3: "a file, a name or a value is wrong; with `sgnlp check-hand` and `sgnlp draft-hand`, the hand",
     4: "the machine ran out of disk, memory, processes or open files; no file is half-written",
     130: "ended by Ctrl-C",
     141: "the reader of the output has closed the pipe",
@@ -49,8 +51,8 @@ BAR = re.compile(r"(?<!\\)\|")
 """What divides the cells of a Markdown table."""
 INTERVAL = re.compile(r"^[\d.]+ \([\d.]+(?:-[\d.]+)?\)$")
 """A number and what belongs to it, 94 (83-98), in a line of its own cell."""
-GROUP = re.compile(r" \w+ options\n")
-"""The title of the flags of one group of settings."""
+GROUP = re.compile(r"^ [\w-]+ options\n(?:(?! \w).*\n)*", re.MULTILINE)
+"""The flags of one group of settings: the title, and all lines before the next one."""
 
 
 def settings() -> str:
@@ -202,5 +204,5 @@ def help_text(*command: str) -> str:
     printed = io.StringIO()
     with redirect_stdout(printed), patch.dict(os.environ, COLUMNS="88", NO_COLOR="1"):
         run([*command, "--help"])
-    lines = "\n".join(line.rstrip() for line in printed.getvalue().strip("\n").splitlines())
-    return "\n\n".join(block for block in lines.split("\n\n") if not GROUP.match(block)) + "\n"
+    lines = "".join(f"{line.rstrip()}\n" for line in printed.getvalue().strip("\n").splitlines())
+    return GROUP.sub("", lines).rstrip("\n") + "\n"

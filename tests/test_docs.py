@@ -98,6 +98,7 @@ def test_the_reference_has_every_setting_command_and_array(site):
         assert not [name for name in names if f"<code>--{name.replace('_', '-')}</code>" not in settings]
     commands = (site / "reference" / "commands.html").read_text(encoding="utf-8")
     assert all(f"usage: sgnlp {name} " in commands for name in COMMANDS)
+    assert not re.search(r"--[a-z-]+\.[a-z]", commands), "the settings have a page of their own"
     files = (site / "reference" / "files.html").read_text(encoding="utf-8")
     assert all(f"<code>{f.name}</code>" in files for f in fields(Grasps))
 

@@ -35,7 +35,8 @@ class Cache(Extending, Planning):
     around: Around = ALONE
     """what surrounds the object in these plans"""
     settings: Annotated[Settings, tyro.conf.arg(name="")] = ROBUST
-    """settings of the plan; only those of the structure matter: spheres, samples, density, equilibrium, formulation"""
+    """settings of the plan; only those matter that change the functions: spheres, formulation, metric, what is planned
+    at first contact, whether torques are bounded"""
 
     def run(self, console: Console) -> int:
         """Clear, then build, then show."""

@@ -1,6 +1,6 @@
 """The grasp of a solution recomputed in NumPy: Pinocchio's kinematics, the Cholesky posterior and an SVD.
 
-It shares no code with the expressions that the solver saw, and smooths nothing.
+It smooths nothing. It shares with the expressions that the solver saw only the algebra of `sgnlp.program.assembly`.
 """
 
 from types import SimpleNamespace

@@ -78,7 +78,7 @@ class SimulationSettings(Checked):
     push_weights: NotNegative = 1.0
     """force of a push over the object's weight; 0 leaves the pushes out"""
     max_penetration: Positive = 0.005
-    """a pregrasp deeper than this in object or table is refused [m]"""
+    """a pregrasp deeper than this in object, table or an obstacle is in collision and not carried out [m]"""
     rise: Positive = 0.02
     """least rise of the object during the whole hold to count as lifted [m]; a spring sags by m g/Σk"""
     rise_strict: Positive = 0.04
