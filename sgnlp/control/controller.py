@@ -104,7 +104,7 @@ def _ends(command: Command, law: Law) -> tuple[Array, Array]:
     """The first and the last setpoints."""
     if law.control == "position":
         if command.joints_squeeze is None:
-            raise InputError("position control needs planned joints at contact: --closing.planned")
+            raise InputError("position control needs the command's `joints_squeeze`, which every planned grasp has")
         return command.joints, command.joints_squeeze
     root = pin.SE3(pin.Quaternion(command.wrist[3:]).normalized().toRotationMatrix(), command.wrist[:3])
     begin, end = ((points - root.translation) @ root.rotation for points in (command.tips, command.targets))

@@ -25,10 +25,15 @@ class Around:
     """The kinds of surroundings in a program."""
 
     obstacles: bool = False
-    approach: int = 0  # A, postures of the approach; 0 without obstacles
+    """whether obstacles are kept clear of"""
+    approach: int = 0
+    """A, postures of the approach; 0 without obstacles"""
     avoid: bool = False
+    """whether pads avoid a part of the surface"""
     touch: bool = False
-    carried: bool = False  # whether an arm carries the hand
+    """whether pads touch a part of the surface"""
+    carried: bool = False
+    """whether an arm carries the hand"""
 
     def points(self, spheres: int) -> int:
         """The number of points that follow from the variables alone, for this number of spheres."""

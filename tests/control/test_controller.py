@@ -191,7 +191,7 @@ def test_arguments_in_another_order_or_of_another_kind_are_refused_by_name(hand)
 
 
 def test_position_control_of_a_plan_without_joints_is_refused():
-    with pytest.raises(InputError, match=r"position control needs planned joints at contact: --closing.planned"):
+    with pytest.raises(InputError, match=r"position control needs the command's `joints_squeeze`"):
         Controller(LEFT, aimed(LEFT, joints_squeeze=None), Law(control="position"))
 
 

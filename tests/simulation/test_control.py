@@ -178,7 +178,7 @@ def test_under_position_control_the_joints_come_to_rest_where_they_are_sent():
 
 
 def test_position_control_of_a_plan_without_joints_is_refused():
-    with pytest.raises(InputError, match=r"position control needs planned joints at contact: --closing.planned"):
+    with pytest.raises(InputError, match=r"position control needs the command's `joints_squeeze`"):
         Experiment(GRIP, box(), LEFT, POSITION)
 
 

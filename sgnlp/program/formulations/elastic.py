@@ -1,10 +1,11 @@
-"""The constrained program with slacks, so that it always has a feasible point.
+"""The constrained program with slacks: where its constraints cannot be met, it says by how much they are missed.
 
     min_{x, s⁺, s⁻}  f(x) + w Σ(s⁺ + s⁻)   subject to   g_low ≤ g(x) + s⁺ - s⁻ ≤ g_high,   s⁺, s⁻ ≥ 0
 
 This is an exact penalty: a solution of the constrained program with multipliers smaller than w is also a solution of
 this program, with zero slacks. Otherwise the solution has the smallest sum of violations, in the scales of the rows,
-that the rest of the objective allows. Rows that keep the functions defined (`Constraint.domain`) have no slack.
+that the rest of the objective allows. Rows that keep the functions defined (`Constraint.domain`) have no slack: these
+have to be met.
 
 Only the slacks are new: the functions of the constrained program, compiled or not, are used unchanged.
 """
