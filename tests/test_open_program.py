@@ -142,6 +142,38 @@ def test_a_name_that_is_not_there_or_twice_and_bounds_that_are_crossed_are_refus
         sgnlp.Constraint("x", palm_over_centre, lower=2.0, upper=1.0)
 
 
+def test_a_part_without_its_method_is_told_by_name():
+    class Empty(sgnlp.Term):
+        pass
+
+    class Idle(sgnlp.Solver):
+        pass
+
+    with pytest.raises(sgnlp.InputError, match=r"term 'empty' has no method `value\(self, g, op\)`"):
+        Additions(terms=(Empty(),))
+    with pytest.raises(sgnlp.InputError, match=r"solver 'idle' has no method `solve\(self, nlp, x\)`"):
+        Additions(solver=Idle())
+
+
+@pytest.mark.parametrize("phases", [(), None, FORMULATIONS["lifted"]])
+def test_a_formulation_without_phases_is_refused(phases):
+    class Nowhere(sgnlp.Formulation):
+        def phases(self, solver):
+            return phases
+
+    added = Additions(formulation=Nowhere())
+    with pytest.raises(sgnlp.InputError, match=r"the phases of formulation 'nowhere' must be one `Phase\("):
+        added.structures(SMALL)
+    with pytest.raises(sgnlp.InputError, match="the phases of formulation 'nowhere' must be"):
+        _ = problem(formulation=Nowhere()).phases
+
+
+def test_a_plan_without_any_term_is_refused():
+    without = tuple(sgnlp.terms(SMALL))
+    with pytest.raises(sgnlp.InputError, match="the formulation 'penalty' has no term in its objective; leave one in"):
+        problem(without_terms=without).structure(FORMULATIONS["penalty"])
+
+
 def test_a_term_that_casadi_cannot_take_or_that_is_no_number_is_told_by_name():
     class Odd(sgnlp.Term):
         def value(self, g, op):

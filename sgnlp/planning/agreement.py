@@ -25,7 +25,11 @@ NARROW = {"distance": 1e-9, "collision": 1e-9, "force": 1e-9, "deviation": 1e-9,
 """Widths at which the smooth operations are nearly the exact ones, and the contact is measured where NumPy does."""
 SHARE, LEAST = 0.01, 1e-9
 """Two values differ if they do by more than this share of the larger one, and by more than the least."""
-HINT = "a row of a matrix is A[i, :], numbers that change are fields of the class: docs/pages/howto/term.md"
+PAGE = "docs/pages/howto/term.md"
+HINT = f"a row of a matrix is A[i, :], numbers that change are fields of the class: {PAGE}"
+WRITES = f"it writes into a part of g, which can be read only: write z = z - a, not z -= a ({PAGE})"
+READ_ONLY = "read-only"
+"""NumPy's word for it."""
 
 
 class Narrow(Exact):
@@ -77,6 +81,8 @@ def _compare(part: Term | Constraint, solver: Array, g: Grasp, op: Narrow) -> No
         ours = np.asarray(part.value(g, op), dtype=float).ravel(order="F")
     except Exception as error:
         said = next(iter(str(error).splitlines()), "")
+        if isinstance(error, ValueError) and READ_ONLY in said:
+            raise InputError(f"{what}: {WRITES}") from error
         raise InputError(f"{what} cannot be computed in NumPy: {type(error).__name__}: {said}; {HINT}") from error
     if ours.shape != solver.shape:
         raise InputError(f"{what} has {solver.size} values in CasADi and {ours.size} in NumPy; {HINT}")

@@ -16,14 +16,14 @@ from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.clutter import upright_box
 from sgnlp.perception.observation import Observation
 from sgnlp.perception.shape import FAR, Shape
-from sgnlp.planning.additions import NOTHING, Additions
+from sgnlp.planning.additions import NOTHING, Additions, phases_of, posed
 from sgnlp.planning.surroundings import NOWHERE, Surroundings
 from sgnlp.program.around import Around, Fields
 from sgnlp.program.carried import POSTURES, UNIT
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.formulation import Formulation, Phase
 from sgnlp.program.nlp import Nlp
-from sgnlp.program.structure import Structure, structure
+from sgnlp.program.structure import Structure
 from sgnlp.program.terms import Term
 from sgnlp.program.variables import variable_units
 from sgnlp.surface.gpis import Gpis, fit
@@ -75,11 +75,11 @@ class Problem:
     @property
     def phases(self) -> tuple[Phase, ...]:
         """The programs that its formulation solves in turn."""
-        return self.formulation.phases(self.settings.solver)
+        return phases_of(self.formulation, self.settings.solver)
 
     def structure(self, formulation: Formulation) -> Structure:
         """The structure of the symbolic functions of a formulation of this problem."""
-        return structure(self.settings, formulation, self.terms, self.constraints, self.around)
+        return posed(self.settings, formulation, self.terms, self.constraints, self.around)
 
     def weights(self) -> Array:
         """The weights (T,) of the terms."""
