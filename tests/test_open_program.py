@@ -228,6 +228,11 @@ def test_what_only_numpy_can_do_is_refused_with_the_operations_that_both_have(va
     [
         (lambda g, op: op.sum(g.torque), r"line \d+, .*: g has no 'torque'; valid: .*, torques, torques_eq, "),
         (lambda g, op: op.mean(g.gains), r"line \d+, .*: op has no 'mean'; valid: abs, .*, sum$"),
+        (
+            lambda g, op: g.links["plam_link"],
+            r"line \d+, .*: KeyError: 'plam_link'; the names in g.links: .* palm_link",
+        ),
+        (lambda g, op: [g.gains[0], g.gains[1]], r"'own' gives a list; put its parts into op\.stack"),
         (lambda g: g.stiffness, r"takes 1 positional argument .*; a term has `value\(self, g, op\)`"),
     ],
 )

@@ -27,6 +27,7 @@ SHARE, LEAST = 0.01, 1e-9
 """Two values differ if they do by more than this share of the larger one, and by more than the least."""
 PAGE = "docs/pages/howto/term.md"
 HINT = f"a row of a matrix is A[i, :], numbers that change are fields of the class: {PAGE}"
+MATH = f"float and functions of math, such as math.sqrt, give NaN for CasADi's values: write x ** 0.5 ({PAGE})"
 WRITES = f"it writes into a part of g, which can be read only: write z = z - a, not z -= a ({PAGE})"
 READ_ONLY = "read-only"
 """NumPy's word for it."""
@@ -88,7 +89,8 @@ def _compare(part: Term | Constraint, solver: Array, g: Grasp, op: Narrow) -> No
         raise InputError(f"{what} has {solver.size} values in CasADi and {ours.size} in NumPy; {HINT}")
     for name, values in {"CasADi": solver, "NumPy": ours}.items():
         if not np.isfinite(values).all():
-            raise InputError(f"{what} is not finite in {name} at the first start; {HINT}")
+            hint = MATH if values is solver and np.isfinite(ours).all() else HINT
+            raise InputError(f"{what} is not finite in {name} at the first start; {hint}")
     off = np.abs(solver - ours)
     if (off > np.maximum(SHARE * np.maximum(np.abs(solver), np.abs(ours)), LEAST)).any():
         i = int(off.argmax())

@@ -68,7 +68,7 @@ def product(g, op):
     ("value", "said"),
     [
         (element, "in CasADi and .* in NumPy"),
-        (number, "not finite in CasADi"),
+        (number, "not finite in CasADi at the first start; float and functions of math"),
         (product, "cannot be computed in NumPy"),
     ],
 )
