@@ -242,6 +242,14 @@ def test_a_name_that_grasp_or_operations_lack_and_other_arguments_are_told_with_
         build(hand(), problem(constraints=(own,)).structure(FORMULATIONS["constrained"]))
 
 
+def test_the_line_of_a_function_that_was_typed_into_a_console_has_its_number_alone():
+    space: dict = {"np": np}
+    exec(compile("def value(g, op):\n    return np.max(g.gains)", "<console>", "exec"), space)
+    own = sgnlp.Constraint("own", space["value"], lower=0.0)
+    with pytest.raises(sgnlp.InputError, match="cannot be written in CasADi at line 2: a function of NumPy"):
+        build(hand(), problem(constraints=(own,)).structure(FORMULATIONS["constrained"]))
+
+
 # --- from a file ------------------------------------------------------------------------------------------------------
 
 FILE = """

@@ -213,4 +213,7 @@ def _line(value: Any, error: BaseException) -> str:
     """The line of the user's function at which it failed, in words; "" if it is not known."""
     file = getattr(getattr(value, "__code__", None), "co_filename", None)
     lines = [each for each in traceback.extract_tb(error.__traceback__) if each.filename == file]
-    return f" at line {lines[-1].lineno}, {textwrap.shorten(lines[-1].line or '', 80)!r}" if lines else ""
+    if not lines:
+        return ""
+    text = textwrap.shorten(lines[-1].line or "", 80)  # none where the function was typed into a console
+    return f" at line {lines[-1].lineno}" + (f", {text!r}" if text else "")

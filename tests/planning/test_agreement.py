@@ -114,6 +114,14 @@ def test_a_term_whose_number_changed_since_it_was_built_is_refused(monkeypatch):
         compared(terms=(Level(),))
 
 
+def test_a_constraint_whose_number_changed_is_refused_with_what_to_do(monkeypatch):
+    lowest = sgnlp.Constraint("lowest", lambda g, op: g.contacts[:, 2] - HEIGHT["z"], lower=-1.0)
+    compared(constraints=(lowest,))
+    monkeypatch.setitem(HEIGHT, "z", 0.5)
+    with pytest.raises(InputError, match=r"constraint 'lowest' is .*; .* numbers that change need a new function"):
+        compared(constraints=(lowest,))
+
+
 def test_the_rows_of_a_matrix_have_one_order_in_the_program_and_in_the_check():
     problem = build_problem(observation(), hand(), SMALL, 0, Additions())
     places = sgnlp.Constraint("places", lambda g, op: g.contacts, upper=0.0, unit="m")
