@@ -126,7 +126,7 @@ def test_numbers_without_a_digit_before_the_point_are_read():
 
 
 def test_pixels_that_meet_neither_body_nor_table_make_no_warning(read_at_once, recwarn):
-    wide = ["--camera.field-of-view-deg", 120, "--camera.width", 64, "--camera.height", 64, "--out", "wide.npz"]
+    wide = ["--camera.field-of-view-deg", 120, "--camera.width", 256, "--camera.height", 256, "--out", "wide.npz"]
     assert observed(obj(), *wide) == codes.FEASIBLE
     assert not [str(warning.message) for warning in recwarn]
     with np.load("wide.npz") as made:
@@ -152,6 +152,10 @@ def test_an_open_mesh_is_taken_and_remarked_upon(read_at_once, capfd):
         (["box.obj", "--out", "box.ply"], "--out must end in .npz; found 'box.ply'"),
         (["box.obj", "--out", "/proc/box.npz"], "the output folder '/proc' cannot be written"),
         (["box.obj", "--out", f"{'x' * 101}.npz"], f"the name '{'x' * 40}' must be 1 to 100 characters"),
+        (
+            ["box.obj", "--views", "1", "--camera.width", "20"],
+            "box.obj: the cameras measure 13 points of the body, and",
+        ),
         (["box.obj", "--views", "0"], "--views must be positive, not 0"),
         (["box.obj", "--mass", "-1"], "--mass must be positive, not -1"),
         (["box.obj", "--yaw-deg", "nan"], "--yaw-deg must be a finite number, not nan"),
