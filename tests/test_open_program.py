@@ -142,6 +142,38 @@ def test_a_name_that_is_not_there_or_twice_and_bounds_that_are_crossed_are_refus
         sgnlp.Constraint("x", palm_over_centre, lower=2.0, upper=1.0)
 
 
+def test_a_part_without_its_method_is_told_by_name():
+    class Empty(sgnlp.Term):
+        pass
+
+    class Idle(sgnlp.Solver):
+        pass
+
+    with pytest.raises(sgnlp.InputError, match=r"term 'empty' has no method `value\(self, g, op\)`"):
+        Additions(terms=(Empty(),))
+    with pytest.raises(sgnlp.InputError, match=r"solver 'idle' has no method `solve\(self, nlp, x\)`"):
+        Additions(solver=Idle())
+
+
+@pytest.mark.parametrize("phases", [(), None, FORMULATIONS["lifted"]])
+def test_a_formulation_without_phases_is_refused(phases):
+    class Nowhere(sgnlp.Formulation):
+        def phases(self, solver):
+            return phases
+
+    added = Additions(formulation=Nowhere())
+    with pytest.raises(sgnlp.InputError, match=r"the phases of formulation 'nowhere' must be one `Phase\("):
+        added.structures(SMALL)
+    with pytest.raises(sgnlp.InputError, match="the phases of formulation 'nowhere' must be"):
+        _ = problem(formulation=Nowhere()).phases
+
+
+def test_a_plan_without_any_term_is_refused():
+    without = tuple(sgnlp.terms(SMALL))
+    with pytest.raises(sgnlp.InputError, match="the formulation 'penalty' has no term in its objective; leave one in"):
+        problem(without_terms=without).structure(FORMULATIONS["penalty"])
+
+
 def test_a_term_that_casadi_cannot_take_or_that_is_no_number_is_told_by_name():
     class Odd(sgnlp.Term):
         def value(self, g, op):
@@ -196,12 +228,25 @@ def test_what_only_numpy_can_do_is_refused_with_the_operations_that_both_have(va
     [
         (lambda g, op: op.sum(g.torque), r"line \d+, .*: g has no 'torque'; valid: .*, torques, torques_eq, "),
         (lambda g, op: op.mean(g.gains), r"line \d+, .*: op has no 'mean'; valid: abs, .*, sum$"),
+        (
+            lambda g, op: g.links["plam_link"],
+            r"line \d+, .*: KeyError: 'plam_link'; the names in g.links: .* palm_link",
+        ),
+        (lambda g, op: [g.gains[0], g.gains[1]], r"'own' gives a list; put its parts into op\.stack"),
         (lambda g: g.stiffness, r"takes 1 positional argument .*; a term has `value\(self, g, op\)`"),
     ],
 )
 def test_a_name_that_grasp_or_operations_lack_and_other_arguments_are_told_with_the_valid_ones(value, told):
     own = sgnlp.Constraint("own", value, lower=0.0)
     with pytest.raises(sgnlp.InputError, match=told):
+        build(hand(), problem(constraints=(own,)).structure(FORMULATIONS["constrained"]))
+
+
+def test_the_line_of_a_function_that_was_typed_into_a_console_has_its_number_alone():
+    space: dict = {"np": np}
+    exec(compile("def value(g, op):\n    return np.max(g.gains)", "<console>", "exec"), space)
+    own = sgnlp.Constraint("own", space["value"], lower=0.0)
+    with pytest.raises(sgnlp.InputError, match="cannot be written in CasADi at line 2: a function of NumPy"):
         build(hand(), problem(constraints=(own,)).structure(FORMULATIONS["constrained"]))
 
 

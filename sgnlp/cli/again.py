@@ -24,7 +24,7 @@ DEFAULTS = Observing()
 def command(meta: Mapping[str, Any], folder: Path) -> str:
     """`sgnlp solve` with the flags that differ from their defaults; the preset is the one that needs the fewest.
 
-    The user's own solver and files of obstacles and regions are left out.
+    A solver of the user's own that came from no file is left out; for files of obstacles and regions it has `FILE`.
     """
     words = ["sgnlp", "solve", str(meta.get("source") or FILE)]
     words += differences(asdict(PLAIN), asdict(reopen.reading(dict(meta))))
@@ -36,6 +36,7 @@ def command(meta: Mapping[str, Any], folder: Path) -> str:
     words += ["--arm", arm["name"], "--arm-base", *map(str, arm["base"])] if arm else []
     usual = settled(None, reopen.settings(dict(meta)).solver).name
     solver = (meta.get("solver") or {}).get("name", usual)
+    words += ["--with", meta["extension"]["file"]] if meta.get("extension") else []
     words += ["--solver", solver] if solver != usual and solver in SOLVERS else []
     given = Surroundings.restored(meta.get("surroundings") or {})
     for flag, shapes in (("obstacle", given.obstacles), ("avoid", given.avoid), ("touch", given.touch)):

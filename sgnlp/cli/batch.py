@@ -84,6 +84,8 @@ class Batch(Abstaining, Ended, Extending, Surrounding, Tabling, Observing):
     ) -> dict[Path, Row]:
         """The row of every file, written as they come."""
         lacks.tell(console)
+        if lacking := workers.lacking():
+            console.print(lacking, soft_wrap=True)
         rows: dict[Path, Row] = {}
         with bars(console) as bar:
             read, solved = bar("reading", len(files)), bar("solving", len(files))
@@ -134,6 +136,7 @@ class Batch(Abstaining, Ended, Extending, Surrounding, Tabling, Observing):
         flags = {key: value for key, value in asdict(self).items() if key != "files"}
         study = {key: flags[key] for key in STUDY}
         study |= {"hand": hand.name, "arm": told(hand), "surroundings": self.surroundings.plain()}
+        study |= {"with": self.extension.digest if self.extension else None}
         plain = json.loads(json.dumps({"batch": flags, "study": study}, default=str))
         return made(**plain)
 

@@ -30,6 +30,7 @@ class CheckHand:
 
     def run(self, console: Console) -> int:
         """Examine, print, draw."""
+        view.check_names(self.html, self.png)
         examination = check.examine(self.folder, self.spheres)
         tell(console, examination)
         if examination.hand is not None and (self.png or self.html):

@@ -53,7 +53,7 @@ class Observe(Checked):
 
     def run(self, console: Console) -> int:
         """Read the mesh, place it, simulate the cameras, save."""
-        out = self.out or Path(f"{self.file.stem}.npz")
+        out = self.out or Path(f"{self.file.resolve().stem}.npz")
         check_problem_file(out)
         rng = np.random.default_rng(self.seed)
         try:

@@ -54,8 +54,8 @@ class Simulate:
     """file with mesh_vertices and mesh_faces, in the cloud's frame; if not given, the file that was solved"""
     hand: str | None = None
     """folder of the hand, if `sgnlp hands` does not list it"""
-    scale: float = 1.0
-    """factor of that file to metres, as given to `sgnlp solve`"""
+    scale: float | None = None
+    """factor of that file to metres; if not given, 1, or for the file that was solved what `sgnlp solve` was given"""
     estimated: bool = False
     """take the surface that the plan estimated, where nobody knows the true one: it tests loads and errors of the
     hand's place, not the estimate; needs the extra `view`"""
@@ -87,7 +87,8 @@ class Simulate:
         folder = self.folder if self.folder.is_dir() else self.folder.parent
         record = self._made(grasps, source, settings, outcomes)
         _write(folder, record, {})
-        for words in filter(None, (load_words, reopen.changed(grasps, hand))):
+        other = "" if self.object or self.estimated else reopen.replaced(grasps, self.folder)
+        for words in filter(None, (load_words, reopen.changed(grasps, hand), other)):
             console.print(words, soft_wrap=True)
         if self.estimated:
             console.print("on the estimated surface, not the true one: a wrong estimate does not show", soft_wrap=True)
@@ -115,7 +116,8 @@ class Simulate:
     def _true(self, grasps: Grasps, source: Path) -> Observation:
         """The object with its true surface, from its file."""
         reading = PLAIN if self.object else reopen.reading(grasps.meta)
-        return load(source, Reading(scale=self.scale, key=reading.key, up=reading.up, pose=reading.pose))
+        scale = reading.scale if self.scale is None else self.scale
+        return load(source, Reading(scale=scale, key=reading.key, up=reading.up, pose=reading.pose))
 
     def _obstacles(self, grasps: Grasps, seen: Observation) -> tuple[Shape, ...]:
         """The obstacles of the plan: those given to it, and those in the cloud that was solved, not in `object`.

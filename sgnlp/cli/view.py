@@ -39,6 +39,7 @@ class View:
 
     def run(self, console: Console) -> int:
         """Read the result, rebuild its problem, draw."""
+        check_names(self.html, self.png)
         shown = _scene(reopen.reopen(self.folder, self.object, self.hand), _motion(self.folder))
         for note in shown.notes:
             console.print(note, style="dim", soft_wrap=True)
@@ -50,6 +51,13 @@ class View:
                 console.print(f"open http://localhost:{server.server_port} in a browser; Ctrl-C ends", soft_wrap=True)
                 server.serve_forever()
         return codes.FEASIBLE
+
+
+def check_names(html: Path | None, png: Path | None) -> None:
+    """Raise `InputError`, before any work, for a file whose name ends otherwise than what is written into it."""
+    for flag, file, suffix in (("--html", html, ".html"), ("--png", png, ".png")):
+        if file is not None and file.suffix.lower() != suffix:
+            raise InputError(f"{flag} must end in {suffix}; found '{file}'")
 
 
 def write(console: Console, shown: Scene, html: Path | None, png: Path | None, rank: int, stage: int) -> None:

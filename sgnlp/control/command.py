@@ -19,6 +19,8 @@ from sgnlp.hand.model import check_unit
 NEEDED = ("wrist", "joints", "tips", "targets", "gains")
 ARRAYS = (*NEEDED, "joints_contact", "joints_squeeze", "contacts_eq", "forces_eq", "rotation_eq", "translation_eq")
 """The fields of a command that are arrays; all but the needed ones may be None."""
+FARTHEST = 1.0
+"""[m] No finger pulls to a target farther from its tip than this."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,6 +101,10 @@ def check(command: Command, hand: Hand) -> None:
         if array.shape != shape or not np.isfinite(array).all():
             raise InputError(f"the grasp's {name} must be {shape} finite numbers for '{hand.name}', not {array.shape}")
     check_unit(command.wrist, "the grasp's wrist")
+    away = float(np.linalg.norm(command.targets - command.tips, axis=1).max())
+    if away > FARTHEST:
+        said = f"a target is {away:.3g} m from its tip, more than {FARTHEST:g} m"
+        raise InputError(f"the grasp's targets: {said}; are both in metres, in the world?")
     if np.min(command.gains) <= 0:
         raise InputError("the grasp's gains must be positive")
     for name in ("closing_seconds", "posture", "joint_stiffness"):

@@ -12,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from sgnlp.base.arrays import Array
+from sgnlp.base.checked import require
 from sgnlp.base.errors import InputError
 from sgnlp.control.controller import Controller
 from sgnlp.control.law import FREE_LENGTH
@@ -29,8 +30,10 @@ def export(controller: Controller, file: str | Path) -> None:
     """Write the file that the C++ controller reads: hand, grasp and law.
 
     Raises:
-        InputError: a number is not finite, or the file cannot be written.
+        InputError: `controller` is none, a number is not finite, or the file cannot be written.
     """
+    require("controller", controller, Controller)
+    require("file", file, str | Path)
     text = written(controller)
     try:
         Path(file).write_text(text, encoding="utf-8")

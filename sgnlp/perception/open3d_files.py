@@ -4,9 +4,13 @@ Pinocchio's reader, which hands use, is no alternative: a truncated .ply ends th
 """
 
 import io
+import re
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -23,6 +27,8 @@ GLTF_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """Rotation from glTF's axes, with y up, to z up."""
 STL_HEAD, STL_FACE = 84, 50
 """Bytes of a binary STL before its faces (the last four are their number), and bytes of each face."""
+BARE = re.compile(rb"(?<=[\s+-])\.(?=\d)")
+"""The point of a number without a digit before it, such as -.5: the reader of .obj drops the vertex."""
 COLOUR_END = "\x1b[0;m"
 """The end of Open3D's lines of warning."""
 TIMEOUT = 120  # [s]
@@ -72,7 +78,8 @@ def triangles(path: Path) -> tuple[Array, IntArray]:
     if not path.is_file():
         raise InputError("is not a file" if path.exists() else "there is no such file")
     _check_mesh_text(path)
-    found = _read(path, "mesh")
+    with _readable(path) as file:
+        found = _read(file, "mesh")
     if len(found["faces"]) == 0:
         raise InputError(f"holds no triangles that Open3D can read as {path.suffix}")
     vertices = found["vertices"] @ GLTF_UP.T if suffix in (".glb", ".gltf") else found["vertices"]
@@ -93,6 +100,20 @@ def _check_mesh_text(path: Path) -> None:
                 raise InputError(f"has decimal commas (line {number}); write them as points")
             if line.startswith(b"f ") and not line.rstrip().endswith(b"\\") and len(line.split()) < 4:
                 raise InputError(f"has a face of less than three corners (line {number}); is the file cut off?")
+
+
+@contextmanager
+def _readable(path: Path) -> Iterator[Path]:
+    """The file, or a copy of a .obj with a digit before each point: -0.5 for -.5."""
+    content = path.read_bytes() if path.suffix.lower() == ".obj" else b""
+    whole = BARE.sub(b"0.", content)
+    if whole == content:
+        yield path
+        return
+    with TemporaryDirectory() as folder:
+        copy = Path(folder) / "mesh.obj"
+        copy.write_bytes(whole)
+        yield copy
 
 
 def _read(path: Path, kind: str) -> dict[str, Array]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any, TypeVar
 
+from sgnlp.base import settings as base
 from sgnlp.base.checked import require, require_fields, typed
 from sgnlp.base.errors import InputError, unknown
 from sgnlp.base.presets import ROBUST
@@ -13,7 +14,7 @@ from sgnlp.planning.solvers.solver import Solver
 from sgnlp.program.around import ALONE, Around
 from sgnlp.program.constraint import Constraint, is_own
 from sgnlp.program.constraints import preset_constraints
-from sgnlp.program.formulation import Formulation
+from sgnlp.program.formulation import Formulation, Phase
 from sgnlp.program.formulations import formulation
 from sgnlp.program.structure import Structure, structure
 from sgnlp.program.terms import Term, preset_terms
@@ -41,6 +42,7 @@ class Additions:
         """Refuse what is no term, constraint or kernel, or has a name that something built-in needs."""
         for term in self.terms:
             _check("term", term, Term)
+            _check_method("term", term, Term, "value", "(self, g, op)")
             require(f"the weight of term '{term.name}'", term.weight, float)
             if not isfinite(term.weight):
                 raise InputError(f"term '{term.name}' has the weight {term.weight}; valid: a finite number")
@@ -52,6 +54,8 @@ class Additions:
                 )
             if not (constraint.bounded or not is_own(constraint.value)):
                 raise InputError(f"constraint '{constraint.name}' bounds nothing; give it lower, upper or both")
+        if self.solver is not None:
+            _check_method("solver", self.solver, Solver, "solve", "(self, nlp, x)")
         require_fields(self, "a plan", ("without_terms", "without_constraints"))
         if self.kernel is None:
             return
@@ -79,19 +83,47 @@ class Additions:
     def structures(self, settings: Settings, around: Around = ALONE) -> list[Structure]:
         """The structures of the programs that a plan with these settings and surroundings solves in turn."""
         terms, constraints = self.all_terms(settings, around), self.all_constraints(settings, around)
-        phases = self.chosen(settings).phases(settings.solver)
-        return [structure(settings, phase.formulation, terms, constraints, around) for phase in phases]
+        phases = phases_of(self.chosen(settings), settings.solver)
+        return [posed(settings, phase.formulation, terms, constraints, around) for phase in phases]
 
     def all_terms(self, settings: Settings, around: Around = ALONE) -> tuple[Term, ...]:
-        """The terms of a plan with these settings; raises `InputError` for a duplicate or unknown name."""
-        return _joined("term", preset_terms(settings, around), self.terms, self.without_terms)
+        """The terms of a plan with these settings, without an arm none of an arm's.
+
+        Raises `InputError` for a duplicate or unknown name.
+        """
+        joined = _joined("term", preset_terms(settings, around), self.terms, self.without_terms)
+        return tuple(term for term in joined if around.carried or not term.of_arm)
 
     def all_constraints(self, settings: Settings, around: Around = ALONE) -> tuple[Constraint, ...]:
-        """The constraints of a plan with these settings; raises `InputError` for a duplicate or unknown name."""
-        return _joined("constraint", preset_constraints(settings, around), self.constraints, self.without_constraints)
+        """The constraints of a plan with these settings, without an arm none of an arm's.
+
+        Raises `InputError` for a duplicate or unknown name.
+        """
+        ours = preset_constraints(settings, around)
+        joined = _joined("constraint", ours, self.constraints, self.without_constraints)
+        return tuple(constraint for constraint in joined if around.carried or not constraint.of_arm)
 
 
 NOTHING = Additions()
+
+
+def phases_of(form: Formulation, solver: base.Solver) -> tuple[Phase, ...]:
+    """The programs that a formulation solves in turn; raises `InputError` if it gives none."""
+    phases = form.phases(solver)
+    if not (isinstance(phases, list | tuple) and phases and all(isinstance(phase, Phase) for phase in phases)):
+        needed = "one `Phase(formulation, iterations)` or more"
+        raise InputError(f"the phases of formulation '{form.name}' must be {needed}, not {phases!r:.60}")
+    return tuple(phases)
+
+
+def posed(
+    settings: Settings, form: Formulation, terms: Sequence[Term], constraints: Sequence[Constraint], around: Around
+) -> Structure:
+    """The structure of a program of these parts; raises `InputError` if its objective has no term."""
+    found = structure(settings, form, terms, constraints, around)
+    if not found.objective:
+        raise InputError(f"the formulation '{form.name}' has no term in its objective; leave one in, or add your own")
+    return found
 
 
 def _check(kind: str, part: Any, of: type[Term] | type[Constraint]) -> None:
@@ -117,6 +149,12 @@ def _joined(kind: str, ours: Sequence[Part], theirs: Sequence[Part], without: Co
             raise unknown(kind, name, names)
     both = names | new  # a built-in one keeps its place when it is changed
     return tuple(part for name, part in both.items() if name not in without)
+
+
+def _check_method(kind: str, part: Any, base_class: type, name: str, arguments: str) -> None:
+    """Raise `InputError` for a part of the user's own without the method that makes it one."""
+    if getattr(type(part), name) is getattr(base_class, name):
+        raise InputError(f"{kind} '{part.name}' has no method `{name}{arguments}`")
 
 
 class Named(Mapping[str, Part]):

@@ -25,7 +25,16 @@ NARROW = {"distance": 1e-9, "collision": 1e-9, "force": 1e-9, "deviation": 1e-9,
 """Widths at which the smooth operations are nearly the exact ones, and the contact is measured where NumPy does."""
 SHARE, LEAST = 0.01, 1e-9
 """Two values differ if they do by more than this share of the larger one, and by more than the least."""
-HINT = "a row of a matrix is A[i, :], numbers that change are fields of the class: docs/pages/howto/term.md"
+PAGE = "docs/pages/howto/term.md"
+ROW = "a row of a matrix is A[i, :]"
+HINTS = {
+    "term": f"{ROW}, numbers that change are fields of the class: {PAGE}",
+    "constraint": f"{ROW}, numbers that change need a new function: {PAGE}",
+}
+MATH = f"float and functions of math, such as math.sqrt, give NaN for CasADi's values: write x ** 0.5 ({PAGE})"
+WRITES = f"it writes into a part of g, which can be read only: write z = z - a, not z -= a ({PAGE})"
+READ_ONLY = "read-only"
+"""NumPy's word for it."""
 
 
 class Narrow(Exact):
@@ -72,18 +81,22 @@ def agree(problem: Problem, start: Start) -> None:
 
 def _compare(part: Term | Constraint, solver: Array, g: Grasp, op: Narrow) -> None:
     """Raise `InputError` if a part has other values than those (k,) that the solver sees."""
-    what = f"{'constraint' if isinstance(part, Constraint) else 'term'} '{part.name}'"
+    kind = "constraint" if isinstance(part, Constraint) else "term"
+    what, hint = f"{kind} '{part.name}'", HINTS[kind]
     try:
         ours = np.asarray(part.value(g, op), dtype=float).ravel(order="F")
     except Exception as error:
         said = next(iter(str(error).splitlines()), "")
-        raise InputError(f"{what} cannot be computed in NumPy: {type(error).__name__}: {said}; {HINT}") from error
+        if isinstance(error, ValueError) and READ_ONLY in said:
+            raise InputError(f"{what}: {WRITES}") from error
+        raise InputError(f"{what} cannot be computed in NumPy: {type(error).__name__}: {said}; {hint}") from error
     if ours.shape != solver.shape:
-        raise InputError(f"{what} has {solver.size} values in CasADi and {ours.size} in NumPy; {HINT}")
+        raise InputError(f"{what} has {solver.size} values in CasADi and {ours.size} in NumPy; {hint}")
     for name, values in {"CasADi": solver, "NumPy": ours}.items():
         if not np.isfinite(values).all():
-            raise InputError(f"{what} is not finite in {name} at the first start; {HINT}")
+            hint = MATH if values is solver and np.isfinite(ours).all() else hint
+            raise InputError(f"{what} is not finite in {name} at the first start; {hint}")
     off = np.abs(solver - ours)
     if (off > np.maximum(SHARE * np.maximum(np.abs(solver), np.abs(ours)), LEAST)).any():
         i = int(off.argmax())
-        raise InputError(f"{what} is {solver[i]:.3g} in CasADi and {ours[i]:.3g} in NumPy at the first start; {HINT}")
+        raise InputError(f"{what} is {solver[i]:.3g} in CasADi and {ours[i]:.3g} in NumPy at the first start; {hint}")

@@ -27,6 +27,8 @@ from sgnlp.program.variables import variable_units
 
 STILL_SOLVED = "solved where it began"
 """The status of a warm start that needs no iteration."""
+BEYOND = 1e-6
+"""Ipopt ends at most 1e-8 beyond a bound of the scaled variables; who ends farther beyond is moved onto it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,7 +207,8 @@ class Planner:
 
 
 def _answer(solver: Solver, instance: NlpInstance, x: Array) -> Answer:
-    """The answer of a solver from x (nx,). Raises `SolverError` for one of another kind or shape."""
+    """The answer of a solver from x (nx,), within the bounds. Raises `SolverError` for one of another kind or shape."""
+    low, high = (bound.copy() for bound in instance.x_bounds)  # a solver may write into its own
     answer, said = solver.solve(instance, x), f"solver {solver.name} returned"
     if not isinstance(answer, Answer):
         raise SolverError(f"{said} {type(answer).__name__}, expected sgnlp.Answer")
@@ -220,7 +223,16 @@ def _answer(solver: Solver, instance: NlpInstance, x: Array) -> Answer:
             raise SolverError(
                 f"{said} {name} of shape {values.shape}, {values.dtype}; expected {like.shape} of numbers"
             )
-    return replace(answer, x=np.asarray(answer.x, float))
+    return _within(replace(answer, x=np.asarray(answer.x, float)), low, high)
+
+
+def _within(answer: Answer, low: Array, high: Array) -> Answer:
+    """The answer, moved onto the bounds (nx,) if it ended beyond: no check of a grasp bounds its gains, say."""
+    beyond = float(np.maximum(low - answer.x, answer.x - high).max(initial=0.0))
+    if not beyond > BEYOND:
+        return answer
+    said = f"it ended {beyond:.2g} beyond a bound of the variables and was moved onto it"
+    return replace(answer, x=np.clip(answer.x, low, high), status="; ".join(filter(None, (answer.status, said))))
 
 
 def _leg(formulation: str, answer: Answer) -> tuple[StrArray, Array, Array, Array, Array]:

@@ -6,24 +6,26 @@ from typing import Any
 
 import numpy as np
 from pinocchio import exp3
+from scipy.spatial.distance import cdist
 
 from sgnlp.base.arrays import Array
 from sgnlp.base.brief import brief
 from sgnlp.base.errors import InputError
 from sgnlp.base.settings import Limits, Settings
 from sgnlp.base.threads import one_thread
+from sgnlp.hand.arm_kinematics import arm_spheres
 from sgnlp.hand.hand import Hand, load_hand
 from sgnlp.perception.clutter import upright_box
 from sgnlp.perception.observation import Observation
 from sgnlp.perception.shape import FAR, Shape
-from sgnlp.planning.additions import NOTHING, Additions
-from sgnlp.planning.surroundings import NOWHERE, Surroundings
+from sgnlp.planning.additions import NOTHING, Additions, phases_of, posed
+from sgnlp.planning.surroundings import MOST_INSIDE, NOWHERE, Surroundings
 from sgnlp.program.around import Around, Fields
 from sgnlp.program.carried import POSTURES, UNIT
 from sgnlp.program.constraint import Constraint
 from sgnlp.program.formulation import Formulation, Phase
 from sgnlp.program.nlp import Nlp
-from sgnlp.program.structure import Structure, structure
+from sgnlp.program.structure import Structure
 from sgnlp.program.terms import Term
 from sgnlp.program.variables import variable_units
 from sgnlp.surface.gpis import Gpis, fit
@@ -75,11 +77,11 @@ class Problem:
     @property
     def phases(self) -> tuple[Phase, ...]:
         """The programs that its formulation solves in turn."""
-        return self.formulation.phases(self.settings.solver)
+        return phases_of(self.formulation, self.settings.solver)
 
     def structure(self, formulation: Formulation) -> Structure:
         """The structure of the symbolic functions of a formulation of this problem."""
-        return structure(self.settings, formulation, self.terms, self.constraints, self.around)
+        return posed(self.settings, formulation, self.terms, self.constraints, self.around)
 
     def weights(self) -> Array:
         """The weights (T,) of the terms."""
@@ -204,7 +206,7 @@ def build_problem(
     box = np.stack([observation.points.min(axis=0), observation.points.max(axis=0)])
     gpis, com = known or _known(observation, settings, seed, additions, box)
     surroundings.check(observation)
-    _check_base(hand, box)
+    _check_base(hand, observation.points)
     surroundings = surroundings.and_seen(observation)
     around = surroundings.around(settings, hand.arm is not None)
     return Problem(
@@ -223,16 +225,20 @@ def build_problem(
     )
 
 
-def _check_base(hand: Hand, box: Array) -> None:
-    """Raise `InputError` for an arm that stands far from the observed points' `box` (2, 3) [m]: in other units."""
+def _check_base(hand: Hand, points: Array) -> None:
+    """Raise `InputError` for an arm that stands far from the observed points (N, 3) [m], in other units, or in them."""
     if hand.arm is None:
         return
-    away = float(np.linalg.norm(hand.arm.base[:3] - box.mean(axis=0)))
+    arm, asked = hand.arm, "is it in metres, in the frame of the cloud (base in its arm.yaml, or --arm-base)?"
+    away = float(np.linalg.norm(arm.base[:3] - (points.min(axis=0) + points.max(axis=0)) / 2))
     if away > FAR:
-        raise InputError(
-            f"the base of the arm '{hand.arm.name}' is {away:.0f} m from the object, more than {FAR:g} m; "
-            "is it in metres, in the frame of the cloud (base in its arm.yaml, or --arm-base)?"
-        )
+        where = f"is {away:.0f} m from the object, more than {FAR:g} m"
+        raise InputError(f"the base of the arm '{arm.name}' {where}; {asked}")
+    still = [i for i in range(len(arm.spheres)) if i not in arm.free_spheres]  # the others keep clear of the object
+    gaps = cdist(points, arm_spheres(arm, arm.home)[still]) - [arm.spheres[i].radius for i in still]
+    inside = float((gaps < 0).any(axis=1).mean())
+    if inside > MOST_INSIDE:
+        raise InputError(f"the arm '{arm.name}' stands in {inside:.0%} of the object's points; {asked}")
 
 
 def with_limits(problem: Problem, limits: Limits) -> Problem:

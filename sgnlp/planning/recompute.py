@@ -3,6 +3,8 @@
 It smooths nothing. It shares with the expressions that the solver saw only the algebra of `sgnlp.program.assembly`.
 """
 
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -36,7 +38,10 @@ def equilibrium(p: Array, o: Array, k: Array, mass: float, com: Array) -> tuple[
 
 
 def recompute(problem: Problem, at: Posture) -> tuple[Grasp, Array]:
-    """The exact grasp and the translation t (3) [m] of its equilibrium, which is always the true minimiser."""
+    """The exact grasp and the translation t (3) [m] of its equilibrium, which is always the true minimiser.
+
+    The arrays of the grasp can be read only: a term of the user's own that writes into one would change the result.
+    """
     hand, gpis, contact = problem.hand, problem.gpis, problem.settings.contact
     wrist, joints = at.wrist, at.joints
     a, s = frames(hand, wrist, joints)
@@ -74,7 +79,20 @@ def recompute(problem: Problem, at: Posture) -> tuple[Grasp, Array]:
         **_at_fingers(problem, a, o, p),
     )
     numbers = SimpleNamespace(**problem.numbers())
-    return assemble(parts, hand, numbers, contact.samples, contact.density, Numeric()), t
+    return _kept(assemble(parts, hand, numbers, contact.samples, contact.density, Numeric())), t
+
+
+def _kept(value: Any) -> Any:
+    """The value with its arrays, also those of mappings and dataclasses in it, as views that can be read only."""
+    if isinstance(value, np.ndarray):
+        view = value.view()
+        view.flags.writeable = False
+        return view
+    if isinstance(value, Mapping):
+        return {name: _kept(part) for name, part in value.items()}
+    if is_dataclass(value) and not isinstance(value, type):
+        return replace(value, **{f.name: _kept(getattr(value, f.name)) for f in fields(value)})
+    return value
 
 
 def _at_fingers(problem: Problem, a: Array, o: Array, p: Array) -> dict[str, Array]:

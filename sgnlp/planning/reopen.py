@@ -144,6 +144,17 @@ def changed(grasps: Grasps, hand: Hand) -> str:
     return f"the hand in '{hand.folder}', or its arm, has changed since it was solved"
 
 
+def replaced(grasps: Grasps, folder: Path) -> str:
+    """Words on a file that holds another cloud than when it was solved; "" if it is the same, or is not known."""
+    if not grasps.meta.get("input_digest"):
+        return ""
+    try:
+        observation(grasps, folder)
+    except InputError as error:
+        return str(error)
+    return ""
+
+
 class Reopened(Planned):
     """A result read again."""
 

@@ -102,6 +102,7 @@ def _replanned(plan: Plan, observation: Observation | None, touches: Sequence[To
     motion, known = _carried(near, plan.observation.points - middle, cloud) if observation else (STILL, _known(near))
     felt = [Touch(np.asarray(touch.point) - middle, touch.normal) for touch in touches]
     bare = _posed(cloud, hand, asked, middle, known)
+    _check_reach(touches, bare.box + middle)
     problem = _with_touches(bare, felt)
     seen = replace(seen, notes=tuple(dict.fromkeys((*seen.notes, *_inward(bare.gpis, felt, middle)))))
     fitted, planner, results = time.perf_counter(), resuming(problem, plan.solver), list[Result]()
@@ -161,21 +162,27 @@ def _inward(gpis: Gpis, touches: Sequence[Touch], middle: Array) -> Iterator[str
 
 def _with_touches(problem: Problem, touches: Sequence[Touch]) -> Problem:
     """The problem of an object that was touched."""
-    return replace(problem, gpis=touched(problem.gpis, problem.box, touches)) if touches else problem
+    return replace(problem, gpis=touched(problem.gpis, touches)) if touches else problem
 
 
-def touched(gpis: Gpis, box: Array, touches: Sequence[Touch]) -> Gpis:
-    """The surface that goes through touched points with their normals; `box` (2, 3) [m] is that of the seen points.
-
-    Three observations a touch: 0 at the point p, ±`BESIDE` at p ± `BESIDE` n.
-    """
+def _check_reach(touches: Sequence[Touch], box: Array) -> None:
+    """Raise `InputError` for a touch far from the seen points, whose `box` (2, 3) [m] is in the frame of the cloud."""
     for touch in touches:
-        point, normal = np.asarray(touch.point, float), np.asarray(touch.normal, float)
+        point = np.asarray(touch.point, float)
         if (np.maximum(box[0] - point, point - box[1]) > REACH).any():
             raise InputError(
                 f"the touch at {point.round(3).tolist()} m is more than {100 * REACH:g} cm beside the object; "
                 "is it in metres, in the frame of the cloud?"
             )
+
+
+def touched(gpis: Gpis, touches: Sequence[Touch]) -> Gpis:
+    """The surface that goes through touched points with their normals.
+
+    Three observations a touch: 0 at the point p, ±`BESIDE` at p ± `BESIDE` n.
+    """
+    for touch in touches:
+        point, normal = np.asarray(touch.point, float), np.asarray(touch.normal, float)
         side = BESIDE * normal / np.linalg.norm(normal)
         gpis = gpis.observed(point[None], np.zeros(1), NOISE)
         gpis = gpis.observed(point + np.stack([side, -side]), np.array([BESIDE, -BESIDE]), SLANT)

@@ -70,6 +70,13 @@ class Workers:
                 self._executor = loky.ProcessPoolExecutor(self.window, initializer=follow_parent)
             return self._executor.submit(function, item)
 
+    def lacking(self) -> str:
+        """Words on a scheduler without workers, for which all items wait; "" if it has some, or there is none."""
+        if self._client is None or self._client.scheduler_info()["workers"]:
+            return ""
+        start = f"dask worker {self._scheduler} --nthreads 1"
+        return f"No worker has come to the dask scheduler yet, and all waits for one. Start it by: {start}"
+
     def regain(self) -> None:
         """Wait for a new scheduler at the address of the one that died. It does not know the submitted items.
 

@@ -32,6 +32,7 @@ from sgnlp.program.parameters import ParameterVector
 from sgnlp.program.structure import Structure
 from sgnlp.program.terms.term import Term
 from sgnlp.surface.jets import Layout
+from sgnlp.surface.kernel import NUMPY, NUMPY_CALLED
 
 ENERGY_UNIT = 100.0
 """The objective that the solver sees is E/ENERGY_UNIT."""
@@ -72,8 +73,6 @@ KEPT = 32
 """Programs that a process keeps, of 9 to 18 MB each. A study or a batch of several presets, formulations and arms comes
 back to more than 8, and building one again takes half a second."""
 
-NUMPY = r"\s*casadi: a numpy function was called on a casadi value"
-"""How CasADi's warning begins: what it then returns depends on its version."""
 FOREIGN = ("truth value", "'SX' object")
 """Words in errors of functions that do not take CasADi's values."""
 REMEDY = (
@@ -177,11 +176,13 @@ def _value(part: Term | Constraint, g: Grasp, op: Smooth, hand: Hand) -> ca.SX:
             given = part.value(g, op)
             if given is None:
                 raise InputError(f"{kind} '{part.name}' gives no value; return one")
+            if isinstance(given, list | tuple):
+                raise InputError(f"{kind} '{part.name}' gives a {type(given).__name__}; put its parts into op.stack")
             value = ca.vec(ca.SX(given))
     except InputError:
         raise
     except (Exception, SystemExit) as error:
-        said, place = _cause(error), _line(part.value, error)
+        said, place = _cause(error, g), _line(part.value, error)
         foreign = isinstance(error, FutureWarning | TypeError) or any(word in said for word in FOREIGN)
         remedy = f"; {REMEDY if place else ARGUMENTS}" if foreign else ""
         raise InputError(f"{kind} '{part.name}' cannot be written in CasADi{place}: {said}{remedy}") from error
@@ -195,13 +196,15 @@ def _value(part: Term | Constraint, g: Grasp, op: Smooth, hand: Hand) -> ca.SX:
     return value
 
 
-def _cause(error: BaseException) -> str:
+def _cause(error: BaseException, g: Grasp) -> str:
     """What was wrong, in one line: CasADi adds pages of advice to some messages."""
     if isinstance(error, FutureWarning):
-        return "a function of NumPy was called on a CasADi value"
+        return NUMPY_CALLED
     if isinstance(error, AttributeError) and isinstance(error.obj, Grasp | Smooth):
         said, names = ("g", vars(error.obj)) if isinstance(error.obj, Grasp) else ("op", vars(Ops))
         return f"{said} has no '{error.name}'; valid: {', '.join(sorted(name for name in names if name[0] != '_'))}"
+    if isinstance(error, KeyError):
+        return f"KeyError: {error}; the names in g.links: {', '.join(sorted(g.links))}"
     said = textwrap.shorten(str(error).partition(" Did you ")[0], LONGEST, placeholder=" …").rstrip(".:")
     return f"{type(error).__name__}: {said}"
 
@@ -210,4 +213,7 @@ def _line(value: Any, error: BaseException) -> str:
     """The line of the user's function at which it failed, in words; "" if it is not known."""
     file = getattr(getattr(value, "__code__", None), "co_filename", None)
     lines = [each for each in traceback.extract_tb(error.__traceback__) if each.filename == file]
-    return f" at line {lines[-1].lineno}, {textwrap.shorten(lines[-1].line or '', 80)!r}" if lines else ""
+    if not lines:
+        return ""
+    text = textwrap.shorten(lines[-1].line or "", 80)  # none where the function was typed into a console
+    return f" at line {lines[-1].lineno}" + (f", {text!r}" if text else "")

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from sgnlp.base.arrays import Array
-from sgnlp.base.errors import SgnlpError
+from sgnlp.base.errors import InputError, SgnlpError
 from sgnlp.base.toolchain import cache_folder
 from sgnlp.planning import results
 from sgnlp.simulation.body import Body
@@ -44,8 +44,12 @@ def _load(file: Path) -> list[Array]:
 
 
 def _decompose(body: Body, error: float) -> list[Array]:
-    import coacd
-
+    try:
+        import coacd
+    except ImportError:
+        raise InputError(
+            f"'{body.name}' is not convex; to cut it: pip install 'sgnlp[sim]', CoACD is missing"
+        ) from None
     coacd.set_log_level("error")
     mesh = coacd.Mesh(body.vertices, body.faces)
     parts = coacd.run_coacd(mesh, threshold=error, real_metric=True, preprocess_mode="off", seed=SEED)

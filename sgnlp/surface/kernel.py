@@ -4,6 +4,7 @@ With D = (1/r) d/dr, a kernel gives k, Dk, D²k and D³k. These are enough for t
 order: ∂_a k = d_a Dk, ∂_ab k = d_a d_b D²k + δ_ab Dk and so on, with d = x - x_n.
 """
 
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -23,6 +24,10 @@ Radial = tuple[Any, Any, Any, Any]
 FIELDS = "its fields beside `support_radius` and `amplitude` must have defaults"
 VALUE = "`value` must give a CasADi scalar of the CasADi scalar r, by operators and CasADi's functions"
 RADIAL = "`radial` must give four arrays of the shape of its radii"
+
+NUMPY = r"\s*casadi: a numpy function was called on a casadi value"
+"""How CasADi's warning begins: what it then returns depends on its version."""
+NUMPY_CALLED = "a function of NumPy was called on a CasADi value"
 
 MIN_RADIUS = 1e-7
 """Smaller distances are replaced by this [m]: D²k and D³k of rough kernels have a removable pole at r = 0."""
@@ -91,14 +96,16 @@ def demanding(kernel: Kernel | type[Kernel], demand: str) -> Iterator[None]:
         raise
     except Exception as error:
         line = (str(error).strip().splitlines() or [""])[-1]  # CasADi's messages end with the cause
-        raise InputError(f"kernel '{kernel.name}': {demand}; it fails with {type(error).__name__}: {line}") from error
+        said = NUMPY_CALLED if isinstance(error, FutureWarning) else f"it fails with {type(error).__name__}: {line}"
+        raise InputError(f"kernel '{kernel.name}': {demand}; {said}") from error
 
 
 @lru_cache(maxsize=16)
 def _derived(kernel: Kernel) -> Elementwise:
     """r² → (k, Dk, D²k, D³k), since D = 2 d/d(r²)."""
     square = ca.SX.sym("square")
-    with demanding(kernel, VALUE):
+    with demanding(kernel, VALUE), warnings.catch_warnings():
+        warnings.filterwarnings("error", NUMPY, FutureWarning)
         chain = [ca.SX(kernel.value(ca.sqrt(square)))]
         if not (chain[0].is_scalar() and ca.depends_on(chain[0], square)):  # math.exp(r) is a constant, NaN
             raise InputError(f"kernel '{kernel.name}': {VALUE}, not {chain[0]!s:.60}")

@@ -168,6 +168,31 @@ def test_the_obstacles_of_the_plan_are_there_and_what_touches_them_is_told(folde
     assert next(line for line in shown.splitlines() if line.startswith("0 ")).endswith("roof")
 
 
+def test_an_object_that_took_the_place_of_the_solved_one_is_told(folder, capfd):
+    grasps = results.load_grasps(folder)
+    for digest, told in ((load("box.npz").digest, False), ("0", True)):
+        grasps.meta["input_digest"] = digest
+        results.save(grasps, {}, folder)
+        assert simulate(folder) == 0
+        shown = capfd.readouterr().out
+        assert ("'box.npz' has changed, or was read with other options, since it was solved" in shown) == told
+    assert simulate(folder, "--object", "box.npz") == 3  # which obstacles there were is not known then
+    capfd.readouterr()
+
+
+def test_the_solved_file_is_read_in_its_unit(folder):
+    with np.load("box.npz") as known:
+        arrays = dict(known)
+    np.savez("box.npz", **arrays | {name: 1e3 * arrays[name] for name in ("points", "mesh_vertices", "table_height")})
+    assert simulate(folder) == 3
+    grasps = results.load_grasps(folder)
+    grasps.meta["reading"] = {"scale": 0.001}
+    results.save(grasps, {}, folder)
+    assert simulate(folder) == 0
+    assert simulate(folder, "--scale", 1) == 3
+    assert simulate(folder, "--object", "box.npz", "--scale", 0.001) == 0
+
+
 def test_what_the_camera_saw_beside_the_object_is_there_even_where_the_true_object_is_in_another_file(folder):
     with np.load("box.npz") as known:
         arrays = dict(known)

@@ -118,6 +118,21 @@ def test_what_a_reader_would_misread_is_refused(name: str, content: bytes, messa
         open3d_files.triangles(Path(name))
 
 
+def test_numbers_without_a_digit_before_the_point_are_read():
+    Path("bare.obj").write_text(Path(obj()).read_text(encoding="utf-8").replace("0.", "."), encoding="utf-8")
+    assert "v -." in Path("bare.obj").read_text(encoding="utf-8")
+    for read, expected in zip(*map(open3d_files.triangles, map(Path, ("bare.obj", "box.obj"))), strict=True):
+        np.testing.assert_array_equal(read, expected)
+
+
+def test_pixels_that_meet_neither_body_nor_table_make_no_warning(read_at_once, recwarn):
+    wide = ["--camera.field-of-view-deg", 120, "--camera.width", 256, "--camera.height", 256, "--out", "wide.npz"]
+    assert observed(obj(), *wide) == codes.FEASIBLE
+    assert not [str(warning.message) for warning in recwarn]
+    with np.load("wide.npz") as made:
+        assert np.isfinite(made["points"]).all()
+
+
 def test_an_open_mesh_is_taken_and_remarked_upon(read_at_once, capfd):
     assert observed(obj(Mesh(BOX.vertices, BOX.faces[1:]))) == codes.FEASIBLE
     assert "The mesh is not watertight, 3 of its edges do not join two faces" in capfd.readouterr().out
@@ -127,6 +142,7 @@ def test_an_open_mesh_is_taken_and_remarked_upon(read_at_once, capfd):
     ("arguments", "message"),
     [
         (["none.obj"], "none.obj: there is no such file"),
+        (["."], ".: is not a mesh; give a file ending in .obj .stl"),
         (["text.txt"], "text.txt: is not a mesh; give a file ending in .obj .stl .ply .off"),
         (["text.obj"], "text.obj: is a damaged .obj file"),
         (
@@ -136,6 +152,10 @@ def test_an_open_mesh_is_taken_and_remarked_upon(read_at_once, capfd):
         (["box.obj", "--out", "box.ply"], "--out must end in .npz; found 'box.ply'"),
         (["box.obj", "--out", "/proc/box.npz"], "the output folder '/proc' cannot be written"),
         (["box.obj", "--out", f"{'x' * 101}.npz"], f"the name '{'x' * 40}' must be 1 to 100 characters"),
+        (
+            ["box.obj", "--views", "1", "--camera.width", "20"],
+            "box.obj: the cameras measure 13 points of the body, and",
+        ),
         (["box.obj", "--views", "0"], "--views must be positive, not 0"),
         (["box.obj", "--mass", "-1"], "--mass must be positive, not -1"),
         (["box.obj", "--yaw-deg", "nan"], "--yaw-deg must be a finite number, not nan"),

@@ -83,6 +83,12 @@ def test_a_time_or_stiffness_that_makes_no_sense_is_refused(name, value):
         Controller(LEFT, aimed(LEFT, **{name: value}))
 
 
+def test_targets_in_another_unit_or_frame_than_the_tips_are_refused():
+    told = aimed(LEFT)
+    with pytest.raises(InputError, match=r"a target is .* m from its tip, more than 1 m; are both in metres"):
+        Controller(LEFT, replace(told, targets=1e3 * told.targets))
+
+
 def test_lists_in_a_command_are_taken_for_arrays_and_what_holds_no_numbers_is_refused():
     told = aimed(LEFT)
     listed = replace(told, **{name: getattr(told, name).tolist() for name in ARRAYS[:7]})

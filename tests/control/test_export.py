@@ -148,6 +148,9 @@ def test_a_file_that_cannot_be_written_and_a_number_that_is_none_are_refused(tmp
     hand = load_hand("allegro_left")
     with pytest.raises(InputError, match="cannot be written"):
         export(Controller(hand, aimed(hand)), tmp_path / "nowhere" / "grasp.txt")
+    for ours, file, said in ((aimed(hand), "grasp.txt", "controller"), (Controller(hand, aimed(hand)), None, "file")):
+        with pytest.raises(InputError, match=f"^{said} must be "):
+            export(ours, file)
     endless = replace(hand, effort=np.full(len(hand.effort), np.inf))
     with pytest.raises(InputError, match="not finite"):
         export(Controller(endless, aimed(hand)), tmp_path / "grasp.txt")

@@ -12,6 +12,7 @@ from sgnlp.planning.additions import Additions
 from sgnlp.planning.agreement import agree
 from sgnlp.planning.problem import build_problem
 from sgnlp.planning.starts import starts
+from sgnlp.program.around import Around
 from sgnlp.program.formulations import FORMULATIONS
 
 FORMS = [name for name in FORMULATIONS if name != "two_phase"]
@@ -67,7 +68,7 @@ def product(g, op):
     ("value", "said"),
     [
         (element, "in CasADi and .* in NumPy"),
-        (number, "not finite in CasADi"),
+        (number, "not finite in CasADi at the first start; float and functions of math"),
         (product, "cannot be computed in NumPy"),
     ],
 )
@@ -113,6 +114,14 @@ def test_a_term_whose_number_changed_since_it_was_built_is_refused(monkeypatch):
         compared(terms=(Level(),))
 
 
+def test_a_constraint_whose_number_changed_is_refused_with_what_to_do(monkeypatch):
+    lowest = sgnlp.Constraint("lowest", lambda g, op: g.contacts[:, 2] - HEIGHT["z"], lower=-1.0)
+    compared(constraints=(lowest,))
+    monkeypatch.setitem(HEIGHT, "z", 0.5)
+    with pytest.raises(InputError, match=r"constraint 'lowest' is .*; .* numbers that change need a new function"):
+        compared(constraints=(lowest,))
+
+
 def test_the_rows_of_a_matrix_have_one_order_in_the_program_and_in_the_check():
     problem = build_problem(observation(), hand(), SMALL, 0, Additions())
     places = sgnlp.Constraint("places", lambda g, op: g.contacts, upper=0.0, unit="m")
@@ -149,3 +158,43 @@ def test_parts_that_no_hand_has_are_refused():
     ranging = sgnlp.Constraint("odd", lambda g, op: g.gains, lower=1.0, over="fingers")
     with pytest.raises(InputError, match="unknown parts of constraint 'odd', over 'fingers'"):
         compared(constraints=(ranging,))
+
+
+def test_a_term_that_writes_into_the_grasp_is_refused_and_changes_nothing():
+    def centred(self, g, op):
+        z = g.contacts[:, 2]
+        z -= op.sum(z) / 4
+        return op.square(z)
+
+    def lowered(g, op):
+        g.contacts[0, 2] = 0.0
+        return g.contacts
+
+    def moved(g, op):
+        origin = g.links["palm_link"]
+        origin += 0.1
+        return origin
+
+    writing = type("Writing", (sgnlp.Term,), {"value": centred})
+    with pytest.raises(InputError, match=r"term 'writing': it writes into a part of g, .* write z = z - a, not z -= a"):
+        compared(terms=(writing(),))
+    for value in (lowered, moved):
+        with pytest.raises(InputError, match="constraint 'low': it writes into a part of g"):
+            compared(constraints=(sgnlp.Constraint("low", value, lower=-1.0),))
+
+
+def test_what_needs_an_arm_is_left_out_without_one():
+    class Home(sgnlp.Term):
+        of_arm = True
+
+        def value(self, g, op):
+            return op.square(g.arm.joints - g.arm.home)
+
+    high = sgnlp.Constraint("high", lambda g, op: g.arm.joints[0], lower=0.0, of_arm=True)
+    added = Additions(terms=(Home(),), constraints=(high,))
+    problem = build_problem(observation(), hand(), SMALL, 0, added)
+    assert "home" not in {term.name for term in problem.terms}
+    assert "high" not in {one.name for one in problem.constraints}
+    on_arm = Around(carried=True)
+    assert "home" in {term.name for term in added.all_terms(SMALL, on_arm)}
+    assert "high" in {one.name for one in added.all_constraints(SMALL, on_arm)}

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import fields, replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -34,6 +34,7 @@ from sgnlp.planning.ending import ENOUGH, Ending
 from sgnlp.planning.grasps import same
 from sgnlp.planning.pool import Failure
 from sgnlp.planning.solvers import settled
+from sgnlp.planning.workers import Workers
 
 FEW = [*SMALL_FLAGS[:-2], "--spheres", "paper", "--contact.samples", "2"]
 LEAN_FLAGS = [*FEW, "--solver.formulation", "constrained"]
@@ -397,7 +398,9 @@ def test_a_folder_with_rows_of_another_task_is_refused_and_left_as_it_is(here, c
         "hand was allegro_left, is allegro_right": ("--hand", "allegro_right"),
         "settings.rank_by was": ("--rank-by", "energy"),
         "reading.scale was 1.0, is 2.0": ("--scale", 2),
+        "with was None, is ": ("--with", "own.py"),
     }
+    Path("own.py").write_text('WITHOUT_TERMS = ["tar"]\n', encoding="utf-8")
     capfd.readouterr()
     for message, more in changes.items():
         assert command(*flags, *more) == codes.BAD_INPUT
@@ -673,6 +676,26 @@ def test_a_scheduler_that_does_not_answer_is_told(capfd, monkeypatch):
     assert command(cloud("one"), "--backend", "dask", "--scheduler", "tcp://127.0.0.1:1") == codes.BAD_INPUT
     assert "no dask scheduler answers at 'tcp://127.0.0.1:1'" in capfd.readouterr().err
     assert not Path("results").exists()
+
+
+def lacking(workers: Workers) -> str:
+    with closing(workers):
+        return workers.lacking()
+
+
+@needs_dask
+@pytest.mark.filterwarnings("ignore")
+def test_a_scheduler_without_workers_is_told_and_how_to_start_one():
+    for count, words in ((0, "all waits for one. Start it by: dask worker {} --nthreads 1"), (1, "")):
+        with cluster(count) as (address, _):
+            assert lacking(Workers(1, address)).partition("yet, and ")[2] == words.format(address)
+    assert lacking(Workers(1)) == ""
+
+
+def test_a_batch_says_that_there_are_no_workers(here, capfd, monkeypatch):
+    monkeypatch.setattr(Here, "lacking", lambda self: "No worker has come")
+    assert command(cloud("one"), "--starts", 2, *SMALL_FLAGS) == codes.FEASIBLE
+    assert capfd.readouterr().out.startswith("No worker has come\n")
 
 
 def test_a_batch_on_a_cluster_without_dask_says_what_to_install(capfd, monkeypatch):

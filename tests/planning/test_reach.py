@@ -84,3 +84,9 @@ def test_an_arm_that_stands_too_far_off_for_metres_is_refused_by_name():
         InputError, match=r"the base of the arm 'panda' is 550 m from the object, more than 10 m; is it"
     ):
         on_arm([-550, 0, 0])
+
+
+def test_an_arm_that_stands_in_the_object_is_refused_and_one_beside_it_is_not():
+    with pytest.raises(InputError, match=r"the arm 'panda' stands in \d+% of the object's points; is it in metres"):
+        on_arm([0, 0, 0])
+    on_arm([-0.3, 0, 0])

@@ -148,11 +148,11 @@ def test_the_surface_goes_through_a_touched_point_with_its_normal(plan, out):
 
 
 def test_a_touch_tilts_the_surface_towards_its_normal(plan):
-    gpis, box, point = plan.problem.gpis, plan.problem.box, plan.best.contact_points[0]
+    gpis, point = plan.problem.gpis, plan.best.contact_points[0]
     before = gpis.normal(point[None])[0]
     tilted = before + 0.4 * np.cross(before, UP)
     tilted /= np.linalg.norm(tilted)
-    after = touched(gpis, box, [Touch(point, tilted)]).normal(point[None])[0]
+    after = touched(gpis, [Touch(point, tilted)]).normal(point[None])[0]
     assert after @ tilted > before @ tilted + 0.01
 
 
@@ -170,6 +170,13 @@ def test_a_touch_that_is_none_is_refused(plan, point, normal, said):
         replan(plan, touches=[Touch(point, normal)])
 
 
+def test_a_touch_that_is_refused_is_named_where_the_cloud_is_though_it_is_far_from_the_origin():
+    far = moved_cloud(observation(), np.array([5000.0, -3000.0, 20.0]))
+    plan = solve(far, hand(), SMALL, count=1, jobs=1, rounds=1, widen=False)
+    with pytest.raises(InputError, match=r"the touch at \[5001\.0, -3000\.0, 20\.0\] m is more than 3 cm beside"):
+        replan(plan, touches=[Touch([5001.0, -3000.0, 20.0], UP)])
+
+
 def test_a_touch_whose_normal_points_into_the_object_is_told(plan):
     point, normal = plan.best.contact_points[0], plan.best.grasp.normals[0]
     slanted = normal + 1.5 * np.cross(normal, UP)
@@ -183,7 +190,8 @@ def test_a_touch_whose_normal_points_into_the_object_is_told(plan):
 def test_a_touch_just_beside_the_seen_points_is_taken(plan):
     side = plan.problem.box.mean(axis=0)
     side[0] = plan.problem.box[0, 0] - REACH + BESIDE
-    assert len(touched(plan.problem.gpis, plan.problem.box, [Touch(side, [-1.0, 0, 0])]).X) > len(plan.problem.gpis.X)
+    again = replan(plan, touches=[Touch(side, [-1.0, 0, 0])])
+    assert len(again.problem.gpis.X) > len(plan.problem.gpis.X)
 
 
 def test_a_moved_warm_start_stands_for_the_moved_grasp(plan):

@@ -225,9 +225,40 @@ class Wrong(Solver):
     ],
 )
 def test_an_answer_of_another_shape_or_kind_is_told_with_the_right_one(given, said):
-    program = SimpleNamespace(g_bounds=(np.zeros(3), np.zeros(3)))
+    program = SimpleNamespace(g_bounds=(np.zeros(3), np.zeros(3)), x_bounds=(np.zeros(5), np.ones(5)))
     with pytest.raises(SolverError, match=f"solver wrong returned {said}"):
         _answer(Wrong(given=given), program, np.zeros(5))
+
+
+def test_who_ends_beyond_a_bound_of_the_variables_is_moved_onto_it_and_told():
+    class Unbounded(Solver):
+        def solve(self, nlp, x):
+            nlp.x_bounds[1][:] = 9.0  # its own affair
+            return Answer(np.array([-0.5, 0.5, 1.25]), "ended")
+
+    def bounds() -> SimpleNamespace:
+        return SimpleNamespace(g_bounds=(np.zeros(0), np.zeros(0)), x_bounds=(np.zeros(3), np.ones(3)))
+
+    moved = _answer(Unbounded(), bounds(), np.zeros(3))
+    assert moved.x.tolist() == [0.0, 0.5, 1.0]
+    assert moved.status == "ended; it ended 0.5 beyond a bound of the variables and was moved onto it"
+    rounded = np.array([-1e-8, 0.5, 1.0])
+    kept = _answer(Wrong(given=Answer(rounded, "ended")), bounds(), np.zeros(3))
+    assert (kept.x.tolist(), kept.status) == (rounded.tolist(), "ended")
+
+
+def test_no_solver_gives_a_grasp_gains_that_the_hand_does_not_have():
+    @dataclass(frozen=True)
+    class Stiff(Ipopt):
+        def solve(self, nlp, x):
+            end = np.array(super().solve(nlp, x).x)
+            end[-4:] = 2 * nlp.x_bounds[1][-4:]
+            return Answer(end)
+
+    settings = replace(SMALL, solver=replace(SMALL.solver, formulation="penalty", max_iterations=5))
+    plan = sgnlp.solve(observation(), hand(), settings, solver=Stiff(), count=1, jobs=1, rounds=1, widen=False)
+    (ended,) = plan.solutions
+    np.testing.assert_allclose(ended.grasp.gains, plan.problem.gain_bounds()[1], rtol=1e-12)
 
 
 def test_the_command_plans_with_a_solver_of_the_table_beside_the_flags_of_settings(tmp_path, capfd):

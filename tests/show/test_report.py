@@ -310,6 +310,13 @@ def test_the_command_parses_back_to_the_same_settings(settings):
     assert found.reading == Reading(("435", "455"), 0.001, 0.013, cleaning=cleaning)
 
 
+def test_the_command_has_the_file_of_the_users_own_parts():
+    meta = {"settings": asdict(ROBUST), "source": "egg.npz", "object": "egg", "hand": "allegro_left"}
+    meta |= {"extension": {"file": "/my/own terms.py", "sha256": "0"}}
+    assert again.command(meta, Path("results/egg")) == "sgnlp solve egg.npz --with '/my/own terms.py'"
+    assert parsed(again.command(meta, Path("results/egg"))).with_ == Path("/my/own terms.py")
+
+
 def test_the_command_of_defaults_is_short(folder):
     meta = {"settings": asdict(ROBUST), "source": "egg.npz", "object": "egg", "hand": "allegro_left", "seed": 0}
     meta |= {"starts": 7, "timeout": 60.0}

@@ -126,6 +126,23 @@ def test_another_cloud_is_left_out_with_a_note(grasps, tmp_path, capfd):
     assert "has changed" in (tmp_path / "page.html").read_text(encoding="utf-8")[-6_000_000:]
 
 
+@pytest.mark.parametrize(
+    ("command", "flags", "said"),
+    [
+        ("view", ("--html", "page.png"), "--html must end in .html; found 'page.png'"),
+        ("view", ("--png", "page.jpg"), "--png must end in .png; found 'page.jpg'"),
+        ("check-hand", ("--png", "hand"), "--png must end in .png; found 'hand'"),
+    ],
+)
+def test_a_file_whose_name_is_of_another_kind_is_refused_before_any_work(
+    tmp_path, monkeypatch, capfd, command, flags, said
+):
+    monkeypatch.chdir(tmp_path)
+    assert run([command, "nowhere", *flags]) == 3
+    assert capfd.readouterr() == ("", f"error: {said}\n")
+    assert not list(tmp_path.iterdir())
+
+
 # Where it is seen from -----------------------------------------------------------------------------------------------
 
 

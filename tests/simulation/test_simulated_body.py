@@ -1,5 +1,6 @@
 """The true object: closed, convex in pieces, refused where it is no body."""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -69,6 +70,13 @@ def test_the_pieces_of_a_bracket_are_the_bracket():
     near = np.abs(points[:, :2] - 0.03).min(axis=1) < 0.002
     assert len(hulls) > 1
     np.testing.assert_array_equal(inside[~near], expected[~near])
+
+
+def test_a_body_that_must_be_cut_is_refused_where_coacd_is_missing_and_a_convex_one_is_not(cache, monkeypatch):
+    monkeypatch.setitem(sys.modules, "coacd", None)
+    with pytest.raises(InputError, match=r"is not convex; to cut it: pip install 'sgnlp\[sim\]', CoACD is missing"):
+        pieces(bracket(), 0.002)
+    assert len(pieces(CUBE, 0.002)) == 1
 
 
 def test_pieces_are_kept_and_read_again(cache, monkeypatch):

@@ -185,6 +185,11 @@ class Plain(sgnlp.Kernel):
         return math.exp(-r)
 
 
+class Numeric(sgnlp.Kernel):
+    def value(self, r: Any) -> Any:
+        return self.amplitude**2 * np.exp(-r / self.support_radius)
+
+
 class Silent(sgnlp.Kernel):
     def value(self, r: Any) -> Any:
         return None
@@ -221,6 +226,7 @@ class Demanding(Wendland):
         (Texts, "kernel 'texts': `radial` must give four arrays"),
         (Flat, r"kernel 'flat': `radial` must give four arrays .*, not of the shapes \[\(10,\)"),
         (Plain, "kernel 'plain': `value` must give a CasADi scalar .*, not nan"),
+        (Numeric, "kernel 'numeric': `value` must give .*CasADi's functions; a function of NumPy was called on"),
         (Silent, "kernel 'silent': `value` must give a CasADi scalar"),
         (Pair, r"kernel 'pair': `value` must give a CasADi scalar .*, not .*\[@1, @1\]"),
         (Foreign, "kernel 'foreign': `value` must give a CasADi scalar"),

@@ -74,8 +74,10 @@ class DepthCamera(Checked):
         padded = np.pad(depth, 1, mode="edge")
         sides = [padded[1:-1, :-2], padded[1:-1, 2:], padded[:-2, 1:-1], padded[2:, 1:-1]]
         behind = np.max(sides, axis=0)
-        mixed = (behind - depth > self.flying_jump) & (rng.random(depth.shape) < self.flying_share)
-        gap = np.where(mixed, np.minimum(behind - depth, self.flying_reach), 0.0)
+        with np.errstate(invalid="ignore"):  # two pixels beyond the table are no edge
+            step = behind - depth
+        mixed = (step > self.flying_jump) & (rng.random(depth.shape) < self.flying_share)
+        gap = np.where(mixed, np.minimum(step, self.flying_reach), 0.0)
         return depth + gap * rng.random(depth.shape)
 
     def measured(self, depth: Array, cosine: Array, rng: np.random.Generator) -> Array:
@@ -86,7 +88,8 @@ class DepthCamera(Checked):
         """
         deviation = depth**2 * self.subpixel_error / (self.focal_length * self.baseline)
         facing = np.cos(np.deg2rad(self.max_incidence_deg))
-        noisy = depth + deviation / np.maximum(cosine, facing) * rng.standard_normal(depth.shape)
+        with np.errstate(invalid="ignore"):  # beyond the table both are infinite
+            noisy = depth + deviation / np.maximum(cosine, facing) * rng.standard_normal(depth.shape)
         block = self.dropout_block
         blocks = (-(-self.height // block), -(-self.width // block))
         lost = np.kron(rng.random(blocks) < self.dropout_share, np.ones((block, block), bool))

@@ -160,6 +160,7 @@ def scene(
         if len(cloud) == 0:
             raise InputError(f"camera {number} measures nothing of the body above the table")
         seen.append(cloud[np.sort(rng.permutation(len(cloud))[: ring.points])])
+    _check_count(sum(map(len, seen)))
     points = np.round(np.concatenate(seen) / POINT_RESOLUTION) * POINT_RESOLUTION
     return {
         "points": points.astype(np.float32),
@@ -172,6 +173,13 @@ def scene(
         "mesh_vertices": mesh.vertices.astype(np.float32),
         "mesh_faces": mesh.faces.astype(np.int32),
     }
+
+
+def _check_count(count: int) -> None:
+    """Refuse a cloud of too few points for a plan."""
+    if count < DEFAULTS.min_points:
+        few = f"the cameras measure {count} points of the body, and a plan needs {DEFAULTS.min_points}"
+        raise InputError(f"{few}; give larger images (--camera.width, --camera.height) or more --views")
 
 
 def _check_size(mesh: Mesh, ring: Ring, camera: DepthCamera) -> None:
