@@ -58,7 +58,7 @@ def server(content: str, port: int) -> ThreadingHTTPServer:
             """Log nothing: the terminal belongs to the command."""
 
     try:
-        return ThreadingHTTPServer(("", port), Handler)
+        return ThreadingHTTPServer(("localhost", port), Handler)
     except (OSError, OverflowError) as error:
         raise InputError(f"port {port} cannot be used ({error}); choose another by --port") from None
 

@@ -33,16 +33,25 @@ def test_the_load_is_what_the_motors_press_and_never_more_than_the_plan_s():
     assert hands.loaded(ROBUST, 5.0) == (hands.LIGHT, hands.ROUGH)
 
 
-def test_an_object_is_asked_of_a_hand_only_if_it_fits(monkeypatch):
+def test_an_object_is_asked_of_a_hand_only_if_it_fits_and_as_a_light_one_of_a_hand_that_can_carry_a_heavy_one(
+    monkeypatch,
+):
     files = tuple(PROBLEMS / f"{name}.npz" for name in ("orange_0", "plane_0"))
     monkeypatch.setattr(hands, "available_hands", lambda: ("small", "large"))
     gap = 2 * ROBUST.limits.place_error
     sizes = {"small": 0.080 + gap, "large": 0.110 + gap}
     monkeypatch.setattr(hands, "_gap", lambda setup, hand: gap / 2)
     monkeypatch.setattr(hands, "_opening", lambda hand, preset: Opening(sizes[hand], np.zeros(3), np.zeros(1)))
+    monkeypatch.setattr(hands, "_press", lambda hand, preset: {"small": 1.0, "large": 1e3}[hand])
     setup = Setup(files, "small", ROBUST, 7, 0, 300.0)
     keys = [case.key for case in hands.cases(setup, setup.observations())]
-    assert keys == [("orange_0", "small"), ("orange_0", "large"), ("plane_0", "large")]
+    both = ["large", "large-light"]
+    assert keys == [*(("orange_0", name) for name in ["small", *both]), *(("plane_0", name) for name in both)]
+
+
+def test_a_light_object_has_the_mass_and_friction_of_weak_hands():
+    contact = hands.light(ROBUST).contact
+    assert hands.loaded(hands.light(ROBUST), 1e3) == (contact.mass, contact.friction) == (hands.LIGHT, hands.ROUGH)
 
 
 def test_the_table_has_a_line_for_each_hand():

@@ -2,8 +2,9 @@
 
 Each plan is made from two views. An object fits a hand if its least horizontal width, with the gap of the pregrasp on
 both sides, is within the largest ball that the hand's pads can touch. The load is the preset's, 0.3 kg with a friction
-of 0.6, if the motors can press hard enough for it. Otherwise the object is light and rough, with as much mass as the
-motors allow. The plan assumes this load.
+of 0.6, if the motors can press hard enough for it. Such a hand is tried with a light and rough object too, since a
+finger with one motor cannot choose the direction of its force. For weaker motors the object is light and rough in the
+first place, with as much mass as they allow. The plan assumes the load.
 """
 
 from collections.abc import Sequence
@@ -36,6 +37,8 @@ SHARE = 1 / 3
 GRAVITY = 9.81  # [m/s²]
 STEP = 0.01  # loads are rounded down to this [kg]
 LIGHT, ROUGH = 0.1, 1.0  # [kg], friction
+LIGHTLY = "-light"
+"""The end of a condition's name: the hand before it with a light and rough object."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,17 @@ class Row(trials.Row):
 @cache
 def _opening(hand: str, preset: str) -> Opening | None:
     return opening(load_hand(hand, preset))
+
+
+@cache
+def _press(hand: str, preset: str) -> float:
+    largest = _opening(hand, preset)
+    return press(load_hand(hand, preset), largest) if largest else 0.0
+
+
+def light(settings: Settings) -> Settings:
+    """The settings with a light and rough object."""
+    return changed(settings, {"contact.mass": LIGHT, "contact.friction": ROUGH})
 
 
 def width(vertices: Array) -> float:
@@ -77,12 +91,12 @@ def carried(friction: float, force: float) -> float:
 
 def trial(setup: Setup, file: Path, condition: Condition, views: list[str]) -> list[Row]:
     """The row of one object and hand."""
-    hand, observation = load_hand(condition.name, setup.settings.spheres), load(file, views=views)
-    largest = _opening(condition.name, setup.settings.spheres)
+    name, preset = condition.name.removesuffix(LIGHTLY), setup.settings.spheres
+    hand, observation = load_hand(name, preset), load(file, views=views)
+    largest, force = _opening(name, preset), _press(name, preset)
     assert largest is not None  # without an opening there is no such case
     assert observation.mesh_vertices is not None
-    force = press(hand, largest)
-    mass, friction = loaded(setup.settings, force)
+    mass, friction = loaded(condition.change(setup.settings), force)
     settings = changed(setup.settings, {"contact.mass": mass, "contact.friction": friction})
     plan = solve(observation, hand, settings, jobs=1, count=setup.starts, seed=setup.seed, timeout=setup.timeout)
     load_settings = SimulationSettings(mass=mass, friction=friction, push_weights=0.0)
@@ -99,11 +113,19 @@ def trial(setup: Setup, file: Path, condition: Condition, views: list[str]) -> l
 
 
 def cases(setup: Setup, observations: Sequence[Observation]) -> list[Case]:
-    """Every object with every hand that it fits; `--hand` adds a hand in another folder."""
-    names = dict.fromkeys([*available_hands(), setup.hand])
-    found = trials.cases([Condition(name, CAMERAS) for name in names], setup, observations, trial)
+    """Every object with every hand that it fits, and again as a light one; `--hand` adds a hand in another folder."""
+    names = list(dict.fromkeys([*available_hands(), setup.hand]))
+    conditions = [Condition(name, CAMERAS) for name in names]
+    conditions += [Condition(name + LIGHTLY, CAMERAS, light) for name in names if _strong(setup, name)]
+    found = trials.cases(conditions, setup, observations, trial)
     bodies = {whole.name: whole.mesh_vertices for whole in observations}
-    return [case for case in found if _fits(setup, case.key[1], bodies[case.key[0]])]
+    return [case for case in found if _fits(setup, case.key[1].removesuffix(LIGHTLY), bodies[case.key[0]])]
+
+
+def _strong(setup: Setup, hand: str) -> bool:
+    """Whether the motors press hard enough for the preset's load; if not, its object is light in the first place."""
+    contact = setup.settings.contact
+    return loaded(setup.settings, _press(hand, setup.settings.spheres)) == (contact.mass, contact.friction)
 
 
 def _fits(setup: Setup, hand: str, vertices: Array | None) -> bool:
@@ -133,7 +155,7 @@ def table(rows: Frame) -> Lines:
     for name, own in rows.groupby("condition", sort=False):
         planned, first = own[own.ending != NO_PLAN], own.iloc[0]
         lines.append(
-            {"hand": str(name), "fingers": str(first.fingers), "joints": str(first.joints)}
+            {"hand": str(name).removesuffix(LIGHTLY), "fingers": str(first.fingers), "joints": str(first.joints)}
             | {"largest ball [mm]": f"{first.opening_mm:.0f}", "load": str(first.load), "objects": str(len(own))}
             | {"with a grasp [%]": percent(len(planned), len(own))}
             | {"starts feasible [%]": percent(own.feasible.sum(), own.starts.sum())}
