@@ -158,7 +158,7 @@ def _next(plan: Plan, folder: Path, pages: Sequence[Path]) -> list[str]:
 def _remedy(plan: Plan) -> str:
     """What to do where no grasp is feasible."""
     if plan.left:
-        return f"a longer --deadline: {plan.left} starts were not done; 'sgnlp cache --build' makes each of them faster"
+        return f"a longer --deadline (starts not done: {plan.left}); 'sgnlp cache --build' makes each of them faster"
     if not plan.solutions and all(failure.stopped for failure in plan.failures):
         return f"a longer --timeout: every start was stopped after {plan.timeout:g} s"
     if not plan.solutions and all(failure.reason == OUT_OF_REACH for failure in plan.failures):

@@ -222,7 +222,7 @@ def test_where_the_time_was_over_too_soon_more_time_is_proposed(cloud, capfd):
     assert solve(cloud, "--starts", 2, "--deadline", 1e-3, *SMALL_FLAGS) == codes.NONE_FEASIBLE
     out = capfd.readouterr().out
     assert "ellipsoid: 0 of 0 starts feasible, 2 left out, in " in out
-    assert "next:  a longer --deadline: 2 starts were not done" in out
+    assert "next:  a longer --deadline (starts not done: 2)" in out
 
 
 def test_where_the_arm_reaches_nothing_another_place_of_it_is_proposed():
