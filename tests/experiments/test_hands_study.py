@@ -57,7 +57,7 @@ def test_a_light_object_has_the_mass_and_friction_of_weak_hands():
 def test_the_table_has_a_line_for_each_hand():
     row = hands.Row("a", "vice", "0.2 kg, μ 0.6", "held_out", "0 1", 7, 6, 2.0, ending="held", score=1.0)
     row = replace(row, fingers=3, joints=4, opening_mm=91.2)
-    rows = [row, replace(row, object="b", feasible=0, ending=hands.NO_PLAN, score=0.0), replace(row, condition="claw")]
+    rows = [row, replace(row, object="b", feasible=0, ending=hands.NO_PLAN, score=0.0), replace(row, condition="yoke")]
     first, second = hands.table(frame(rows))
     assert (first["hand"], first["joints"], first["largest ball [mm]"], first["objects"]) == ("vice", "4", "91", "2")
     assert first["with a grasp [%]"].startswith("50 ")

@@ -150,9 +150,9 @@ def tables(rows: Frame) -> Tables:
 
 
 def table(rows: Frame) -> Lines:
-    """A line for each hand."""
+    """A line for each hand and load, by name."""
     lines = []
-    for name, own in rows.groupby("condition", sort=False):
+    for name, own in rows.groupby("condition"):
         planned, first = own[own.ending != NO_PLAN], own.iloc[0]
         lines.append(
             {"hand": str(name).removesuffix(LIGHTLY), "fingers": str(first.fingers), "joints": str(first.joints)}
