@@ -166,7 +166,7 @@ def table(rows: Frame) -> Lines:
 
 def panels(rows: Frame) -> list[Panel]:
     """Success of every hand with its interval."""
-    scores = {name: pick(rows, condition=name).score for name in rows.condition.unique()}
+    scores = {name: pick(rows, condition=name).score for name in sorted(rows.condition.unique())}
     return [trials.success_panel("", "held", scores)]
 
 
