@@ -133,7 +133,7 @@ SPEED = {  # how a row of the README is called in the benchmark, and how much of
     "`sgnlp solve`, the whole command": ("sgnlp solve, warm", 1),
     "the same, the first time": ("sgnlp solve, cold", 1),
     "`sgnlp.replan`, an object that moves": (replanning.STEP, 1000),
-    "`sgnlp batch`, a thousand objects": ("sgnlp batch, 1000 objects", 60),
+    "`sgnlp batch`, a hundred objects": ("sgnlp batch, 100 objects", 60),
 }
 
 
@@ -256,8 +256,8 @@ def test_what_is_said_of_an_iteration_is_so():
     measured = {row.name: row.median for row in records("benchmark", Row)}
     calls, rest = measured["an iteration: f, ∇f, g, J, H"], measured["an iteration: the rest"]
     assert says("speed", f"{calls:.2f} ms are calls of the functions, and {rest:.2f} ms are Ipopt")
-    memory = measured["sgnlp batch, 1000 objects: memory, late"]
-    assert says("speed", f"All 1000 objects got a feasible grasp, and memory stayed flat at {memory:.0f} MB")
+    memory = measured["sgnlp batch, 100 objects: memory, late"]
+    assert says("speed", f"All 100 objects got a feasible grasp, and memory stayed flat at {memory:.0f} MB")
 
 
 def test_what_is_said_of_the_surface_is_so():
