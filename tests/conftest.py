@@ -75,9 +75,10 @@ def pytest_xdist_auto_num_workers() -> int:
 
 
 def pytest_sessionstart(session: pytest.Session) -> None:
-    """The jets of the surface are compiled once, before processes ask for them at once."""
+    """What all plans share is compiled once, before processes ask for it at once."""
     if not hasattr(session.config, "workerinput"):
-        importlib.import_module("sgnlp.surface.native").library()
+        for library in importlib.import_module("sgnlp.cli.compiling").LIBRARIES:
+            library.load()
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

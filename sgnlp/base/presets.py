@@ -64,12 +64,14 @@ def _pregrasp_alone(s: Settings) -> Settings:
 
 
 def _closure(s: Settings, gain_fixed: float = 0.0, heuristic: float = 0.0) -> Settings:
-    """Force closure instead of the compliant equilibrium, which then does not count in the ranking either."""
+    """Force closure instead of the compliant equilibrium, which then does not count in the ranking either.
+
+    Ipopt needs all its patience here: told to expect no solution, it gives up programs that have one.
+    """
     contact = replace(s.contact, metric="closure", heuristic=heuristic)
     weights = replace(s.weights, uncer=Weights().uncer)  # the deviation at the contacts
-    return replace(
-        s, contact=contact, weights=weights, limits=replace(s.limits, gain_fixed=gain_fixed), rank_by="margin_initial"
-    )
+    limits, solver = replace(s.limits, gain_fixed=gain_fixed), replace(s.solver, expect_infeasible=False)
+    return replace(s, contact=contact, weights=weights, limits=limits, solver=solver, rank_by="margin_initial")
 
 
 PRESETS = {"robust": ROBUST, "paper": PAPER} | {name: change(ROBUST) for name, change in VARIANTS.items()}

@@ -16,7 +16,6 @@ from sgnlp.cli.flags import Extending, Planning
 from sgnlp.cli.progress import bars
 from sgnlp.program.around import ALONE, Around
 from sgnlp.show import tables
-from sgnlp.surface import native
 
 
 @dataclass(kw_only=True)
@@ -43,7 +42,8 @@ class Cache(Extending, Planning):
         if self.clear:
             toolchain.clear()
         if self.build:
-            native.library()  # of the surface, for all hands and settings
+            for library in compiling.LIBRARIES:
+                library.load()
             with bars(console) as bar:
                 fault = compiling.build_kinematics(self.robot, bar)
             console.print(fault, soft_wrap=True, end="\n" if fault else "")

@@ -25,11 +25,14 @@ from sgnlp.hand import placement_functions
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.placements import BACKENDS
 from sgnlp.planning.additions import Additions
+from sgnlp.planning.solvers import kkt_factors
 from sgnlp.program import compiled
 from sgnlp.program.around import ALONE, Around
 from sgnlp.program.structure import Structure
 from sgnlp.surface import native
 
+LIBRARIES = (native.LIBRARY, kkt_factors.LIBRARY)
+"""What all hands and settings share: the jets of the surface, and the factors of Ipopt's linear systems."""
 PACE = 6e-5
 """Time to write and to compile one instruction on one core [s]."""
 CONTACT = ("samples", "density", "equilibrium", "metric", "heuristic")
@@ -103,13 +106,15 @@ class Behind:
         self._given = hand, asked, around
         self._work: background.Work | None = None
         self._goes_on = False
-        jets = Thread(target=native.library)  # waits half a second for the compiler
-        jets.start()
+        compilers = [Thread(target=library.load) for library in LIBRARIES]  # they wait a second for the compiler
+        for thread in compilers:
+            thread.start()
         if self._missing:
             for structure in self._structures:
                 # the plan needs it too: it is made before the fork, for both processes
                 compiled.program(hand, structure)
-        jets.join()
+        for thread in compilers:
+            thread.join()
         if self._begun and asked.build:
             self._work = background.Work(partial(_compile, hand, self._structures))
 
@@ -143,7 +148,7 @@ class Behind:
         hand, asked, around = self._given
         if not self._begun:
             if self._missing:
-                why = toolchain.cache_fault() or C.fault() or native.attempt()[1]
+                why = toolchain.cache_fault() or C.fault() or native.LIBRARY.fault()
                 console.print(f"The functions are interpreted, which takes about twice as long: {why}", soft_wrap=True)
             return
         self.finish()

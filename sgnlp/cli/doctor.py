@@ -10,6 +10,7 @@ from sgnlp.base import semaphores, toolchain
 from sgnlp.base.compilers import CPP, C
 from sgnlp.hand import placement_functions
 from sgnlp.planning import environment
+from sgnlp.planning.solvers import kkt_factors
 from sgnlp.show import tables
 from sgnlp.surface import native
 
@@ -27,6 +28,7 @@ class Doctor:
             "evaluated by": {
                 "forward kinematics": environment.kinematics_backends(),
                 "surface": "NumPy" if native.library() is None else "compiled C",
+                "linear systems": "MUMPS" if kkt_factors.LIBRARY.load() is None else "compiled C",
             },
         }
         for title, rows in facts.items():
@@ -38,7 +40,7 @@ class Doctor:
 
 def _machine() -> dict[str, str]:
     """What compilers and worker processes need: where it is, or what is wrong and how to fix it."""
-    fault = C.fault() or toolchain.cache_fault() or native.attempt()[1]
+    fault = C.fault() or toolchain.cache_fault() or native.LIBRARY.fault()
     passed = toolchain.passed_over()
     facts = {
         "C compiler": C.fault() or shlex.join(C.words() or ()),

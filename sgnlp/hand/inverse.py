@@ -3,6 +3,7 @@
 import numpy as np
 
 from sgnlp.base.arrays import Array
+from sgnlp.hand.damped import nearest
 from sgnlp.hand.hand import Hand
 from sgnlp.hand.kinematics import frames, tip_jacobian, tips
 
@@ -13,20 +14,15 @@ NEARNESS = 1e-4
 def reached(hand: Hand, wrist: Array, joints: Array, points: Array) -> Array:
     """The joints (n,) [rad] within their limits that bring the tips to points (m, 3) [m], for a fixed wrist (7,).
 
-    min_w Σ |a_i(w) - p_i|² + ε² |w - q|², ε = `NEARNESS`, from the given joints q (n,), by bounded least squares. If
-    the points are out of reach, the tips come as near as possible.
+    min_w Σ |a_i(w) - p_i|² + ε² |w - q|², ε = `NEARNESS`, from the given joints q (n,). If the points are out of reach,
+    the tips come as near as possible.
     """
-    from scipy.optimize import least_squares  # imported here: it takes a tenth of a second, which not all commands need
 
-    def residuals(w: Array) -> Array:
-        return np.concatenate([(tips(hand, wrist, w) - points).ravel(), NEARNESS * (w - joints)])
+    def place(w: Array) -> tuple[Array, Array]:
+        errors = (points - tips(hand, wrist, w)).ravel(), NEARNESS * (joints - w)
+        return np.concatenate(errors), np.vstack([tip_jacobian(hand, wrist, w), NEARNESS * np.eye(len(w))])
 
-    def jacobian(w: Array) -> Array:
-        return np.vstack([tip_jacobian(hand, wrist, w), NEARNESS * np.eye(len(w))])
-
-    begin, bounds = np.clip(joints, hand.lower, hand.upper), (hand.lower, hand.upper)
-    # this method can end on bounds
-    return np.asarray(least_squares(residuals, begin, jacobian, bounds, method="dogbox").x)
+    return nearest(place, joints, hand.lower, hand.upper)[0]
 
 
 def closing_way(hand: Hand, wrist: Array, joints: Array, joints_contact: Array, samples: int) -> Array:

@@ -16,7 +16,7 @@ from sgnlp.base.toolchain import processor
 from sgnlp.hand.arm import available_arms, load_arm
 from sgnlp.hand.hand import available_hands, load_hand
 from sgnlp.hand.placements import BACKENDS, backend, lack
-from sgnlp.surface.native import attempt
+from sgnlp.surface.native import LIBRARY
 
 PACKAGES = ("sgnlp", "casadi", "pin", "example-robot-data", "numpy", "scipy", "open3d", "mujoco", "coacd")
 CODE = ("sgnlp", "urdf", "problems")
@@ -67,8 +67,7 @@ def solvers() -> dict[str, bool]:
 
 def surface_backend() -> str:
     """How the surface is evaluated: in compiled C, or in NumPy with the reason why not in C."""
-    library, fault = attempt()
-    return "compiled C" if library is not None else f"NumPy ({fault})"
+    return f"NumPy ({fault})" if (fault := LIBRARY.fault()) else "compiled C"
 
 
 def shipped() -> dict[str, pin.Model]:

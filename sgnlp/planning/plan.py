@@ -130,6 +130,7 @@ class Plan(Typed):
             "constraints": [constraint.name for constraint in self.problem.constraints],
             "extension": {"file": self.extension.file, "sha256": self.extension.digest} if self.extension else None,
             "surface": surface_backend() if self.problem.settings.solver.compiled else "NumPy",
+            **self.solver.backends(),
             "machine": machine(),
             "seconds": self.seconds | {"jobs": self.jobs},
         }

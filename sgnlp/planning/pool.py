@@ -3,6 +3,7 @@
 Processes and not threads: MUMPS is not thread-safe, and only a process can be killed inside an iteration.
 """
 
+import gc
 import multiprocessing
 import time
 from collections.abc import Callable, Generator, Sequence
@@ -184,6 +185,7 @@ def _initialise(problem: Problem, solver: Solver | str | None) -> None:
     global _given
     follow_parent()
     threadpool_limits(1)
+    gc.freeze()  # what the parent made is neither garbage nor worth a search
     _given = problem, solver
     _planner.cache_clear()
 

@@ -6,22 +6,20 @@ It is used if there is a C compiler. The library has the jets of shapes too (`na
 
 import ctypes
 import math
-from functools import lru_cache
-from importlib.resources import files
 from typing import Any
 
 import numpy as np
 
-from sgnlp.base import toolchain
 from sgnlp.base.arrays import Array
-from sgnlp.base.errors import MachineError, SolverError
+from sgnlp.base.c_library import CLibrary
 from sgnlp.surface.gpis import Gpis
 from sgnlp.surface.kernel import Kernel
 from sgnlp.surface.kernels import Matern32, Matern52, SquaredExponential, ThinPlate
 
-SOURCES = ("gpis_jets.c", "shape_jets.c")
-FLAGS = ("-O2", "-march=native", "-fno-math-errno", "-fno-trapping-math")
-"""-O3 gains nothing. No -ffast-math, because the same input must give the same bits."""
+LIBRARY = CLibrary(
+    "jets", "sgnlp.surface", ("gpis_jets.c", "shape_jets.c"), "-O2", ("gpis_values", "gpis_derivatives", "shape_jets")
+)
+"""-O3 gains nothing."""
 ROWS, COLUMNS, WORK, LANES = 8, 12, 5, 8
 """Constants of the C source: rows of a panel of L⁻¹ and of its transpose, work vectors for each training point, and the
 largest number of points in a vector."""
@@ -108,25 +106,8 @@ def raw_jets(gpis: Gpis, uncertain: int, compiled: bool = True) -> NativeJets | 
 
 
 def library() -> ctypes.CDLL | None:
-    """The compiled library, built if it is missing in the cache or damaged; None if it cannot be built or loaded."""
-    return attempt()[0]
-
-
-@lru_cache(maxsize=1)
-def attempt() -> tuple[ctypes.CDLL | None, str]:
-    """The compiled library, or None and the reason with the remedy."""
-    sources = {name: files("sgnlp.surface").joinpath(name).read_text(encoding="utf-8") for name in SOURCES}
-    built = toolchain.cache_folder() / f"jets-{toolchain.fingerprint(*sources.values(), *FLAGS)}.so"
-    try:
-        if toolchain.note_of(built) is None:
-            toolchain.build(built, sources, FLAGS)
-        loaded = ctypes.CDLL(str(built))
-        loaded.gpis_values.restype = loaded.gpis_derivatives.restype = loaded.shape_jets.restype = None
-    except (SolverError, MachineError) as error:
-        return None, str(error)
-    except (OSError, AttributeError) as error:  # built for another processor, or on a file system that runs no programs
-        return None, f"'{built}' cannot be loaded: {error}; {toolchain.ELSEWHERE}, or name another compiler in CC"
-    return loaded, ""
+    """The compiled library; None if it cannot be built or loaded."""
+    return LIBRARY.load()
 
 
 def _aligned(values: Array) -> Array:

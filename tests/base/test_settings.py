@@ -29,10 +29,11 @@ def changed(before: object, after: object, prefix: str = "") -> set[str]:
     return names
 
 
+CLOSURE = ("contact.metric", "rank_by", "weights.uncer", "solver.expect_infeasible")
 CHANGES = {
-    "bilevel-high": {"contact.metric", "limits.gain_fixed", "rank_by", "weights.uncer"},
-    "bilevel-low": {"contact.metric", "limits.gain_fixed", "rank_by", "weights.uncer"},
-    "bilevel-heuristic": {"contact.metric", "contact.heuristic", "rank_by", "weights.uncer"},
+    "bilevel-high": {*CLOSURE, "limits.gain_fixed"},
+    "bilevel-low": {*CLOSURE, "limits.gain_fixed"},
+    "bilevel-heuristic": {*CLOSURE, "contact.heuristic"},
     "uncertainty": {"weights.uncer", "smoothing.deviation"},
     "no-uncertainty": {"weights.uncer"},
     "no-pregrasp": {"contact.c", "closing.planned", "limits.place_error"},

@@ -507,7 +507,7 @@ def test_wrong_usage_ends_with_2_and_says_so_on_stderr(capfd, arguments):
         ("--contact.equilibrium", ["exact", "printed"]),
         ("--contact.density", ["share", "density"]),
         ("--solver.mu-strategy", ["monotone", "adaptive"]),
-        ("--solver.linear-solver", ["mumps", "spral"]),
+        ("--solver.linear-solver", ["condensed", "mumps", "spral"]),
     ],
 )
 def test_an_unknown_choice_lists_the_valid_ones(capfd, flag, names):

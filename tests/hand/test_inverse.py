@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from finite_differences import assert_jacobian
 from scenes import hand
+from scipy.optimize import least_squares
 
 from sgnlp.hand.hand import load_hand
-from sgnlp.hand.inverse import closing_way, reached
+from sgnlp.hand.inverse import NEARNESS, closing_way, reached
 from sgnlp.hand.kinematics import frames, tip_jacobian
 
 WRIST = np.array([0.1, -0.05, 0.2, 0.1, 0.3, -0.2, 0.927])
@@ -38,6 +39,25 @@ def test_points_that_the_fingers_reach_are_reached_within_the_limits(name, seed)
     assert (w >= of.lower).all()
     assert (w <= of.upper).all()
     assert np.linalg.norm(w - q) <= np.linalg.norm(wanted - q) + 1e-3
+
+
+@pytest.mark.parametrize("away", [0.0, 0.02, 0.3])
+@pytest.mark.parametrize("seed", range(3))
+def test_the_joints_are_as_good_as_those_of_scipys_least_squares(away, seed):
+    of, rng = hand(), np.random.default_rng(seed)
+    q = posture(of, seed)
+    points = frames(of, WRIST, np.clip(q + 0.3 * rng.normal(size=len(q)), of.lower, of.upper))[0]
+    points = points + away * rng.normal(size=points.shape)
+
+    def cost(w):
+        return np.append((frames(of, WRIST, w)[0] - points).ravel(), NEARNESS * (w - q))
+
+    def slope(w):
+        return np.vstack([tip_jacobian(of, WRIST, w), NEARNESS * np.eye(len(w))])
+
+    theirs = least_squares(cost, q, slope, (of.lower, of.upper), ftol=1e-12).fun
+    # the search ends when a step gains less than a thousandth
+    assert np.linalg.norm(cost(reached(of, WRIST, q, points))) <= 1.005 * np.linalg.norm(theirs)
 
 
 def test_a_point_out_of_reach_leaves_its_finger_short_and_the_others_where_they_are_to_be():

@@ -79,7 +79,7 @@ def test_a_touch_is_of_three_numbers(values):
         ({"hessian": "foo"}, "the Hessian of Ipopt is one of exact, limited-memory, not 'foo'"),
         ({"tolerance": -1}, "--solver.tolerance must be"),
         ({"tolerance": "a"}, "--solver.tolerance must be a number"),
-        ({"linear_solver": "ma57"}, "unknown value of --solver.linear-solver .ma57.; valid: mumps, spral"),
+        ({"linear_solver": "ma57"}, "unknown value of --solver.linear-solver .ma57.; valid: condensed, mumps, spral"),
     ],
 )
 def test_an_option_of_ipopt_is_checked_where_it_is_made(options, said):

@@ -85,7 +85,7 @@ def inner(bend: float, friction: float) -> Grasp:
     for width in WIDTHS:
         p[block(nlp.parameters, "force")] = width
         instance = NlpInstance(functions, p, (low, high), rows, settings.solver.tolerance, 500, np.zeros(len(x)))
-        answer = Ipopt().solve(instance, x)
+        answer = Ipopt().settled(settings.solver).solve(instance, x)
         assert answer.status == "Solve_Succeeded", width
         x = answer.x
     return exact_grasp(problem, replace(start, joints=joints), x)

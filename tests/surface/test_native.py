@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scenes import SMALL, posed, sphere_points, surface
 
-from sgnlp.base import toolchain
+from sgnlp.base import c_library, toolchain
 from sgnlp.program.formulations import formulation
 from sgnlp.program.nlp import build
 from sgnlp.program.oracle import Surface
@@ -54,9 +54,9 @@ def test_values_taken_elsewhere_without_variance_do_not_disturb_the_derivatives(
 @pytest.fixture
 def no_library():
     """The library forgotten before the test, and again after it."""
-    native.attempt.cache_clear()
+    c_library.attempt.cache_clear()
     yield
-    native.attempt.cache_clear()
+    c_library.attempt.cache_clear()
 
 
 def test_without_a_compiler_the_surface_is_numpys(no_library, monkeypatch):
@@ -85,7 +85,7 @@ def test_a_build_is_kept_and_found_again(library, no_library, monkeypatch, tmp_p
     assert native.library() is not None
     (built,) = tmp_path.rglob("*.so")
     before = built.stat().st_mtime_ns
-    native.attempt.cache_clear()
+    c_library.attempt.cache_clear()
     assert native.library() is not None
     assert built.stat().st_mtime_ns == before
     assert list(built.parent.iterdir()) == [built]
@@ -99,7 +99,7 @@ def test_a_damaged_library_is_built_again_and_never_loaded(library, no_library, 
     for damaged in (good[: len(good) // 2], b"", b"x" * len(good), good[:-1]):
         built.unlink()  # not in place: this process has it loaded
         built.write_bytes(damaged)
-        native.attempt.cache_clear()
+        c_library.attempt.cache_clear()
         assert native.library() is not None
         assert toolchain.note_of(built) == b""
 
@@ -107,5 +107,5 @@ def test_a_damaged_library_is_built_again_and_never_loaded(library, no_library, 
 def test_why_there_is_no_library_is_told_with_what_to_do(no_library, monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setenv("CC", "no-such-compiler")
-    assert native.attempt()[1].startswith("no C compiler: $CC is 'no-such-compiler'")
-    assert "unset CC" in native.attempt()[1]
+    assert native.LIBRARY.fault().startswith("no C compiler: $CC is 'no-such-compiler'")
+    assert "unset CC" in native.LIBRARY.fault()

@@ -132,6 +132,10 @@ class Solver:
         """The solver for a warm start near the solution; itself if that makes no difference."""
         return self
 
+    def backends(self) -> dict[str, str]:
+        """What of it runs in compiled code on some machines only, and whether it does here, for the same record."""
+        return {}
+
     def told(self) -> dict[str, Any]:
         """Its name and its options in plain values, for the record of a result."""
         options = {f.name: getattr(self, f.name) for f in fields(self) if f.repr and f.name != "name"}

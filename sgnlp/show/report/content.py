@@ -230,7 +230,8 @@ def assumptions(result: Reopened, summary: Mapping[str, Any]) -> Section:
 def again(summary: Mapping[str, Any], command: str) -> Section:
     """The command that makes the result again, and all that the result depends on."""
     rows = [("", ""), *((name, str(version)) for name, version in summary["versions"].items())]
-    rows += [(name, str(summary[name])) for name in ("kinematics", "surface", "seed", "input_digest")]
+    known = ("kinematics", "surface", "linear_systems", "seed", "input_digest")
+    rows += [(name, str(summary[name])) for name in known if name in summary]
     rows += [(name, str(value)) for name, value in summary["machine"].items()]
     rows += [(f"seconds: {name}" if name != "jobs" else name, f"{s:.3g}") for name, s in summary["seconds"].items()]
     return Section("Make it again", code=command, sheets=(Sheet("Versions and machine", tuple(rows)),))
