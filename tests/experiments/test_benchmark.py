@@ -268,7 +268,8 @@ def test_each_opponent_has_its_ratio(bench, monkeypatch):
     rows = list(ratios.rows(replace(bench, settings=quick, starts=1)))
     over = [row.name for row in rows if " over " in row.name]
     assert over == [
-        "limited memory over exact",
+        "limited memory over exact Hessian",
+        "MUMPS over exact Hessian",
         "3 steps of rmsprop over Ipopt",
         "3 steps of adamw over Ipopt",
         "plain Hessian over ours",

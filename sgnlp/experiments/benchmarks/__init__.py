@@ -18,7 +18,7 @@ SECTIONS: dict[str, tuple[str, Callable[[Bench], Iterator[Row]]]] = {
     "solving": ("How long does a solve take?", solving.solves),
     "whole": ("How long does the whole command take, and how much memory?", solving.whole),
     "replanning": ("How long does replanning take?", replanning.rows),
-    "ratios": ("What do exact, structured derivatives gain?", ratios.rows),
+    "ratios": ("What do exact, structured derivatives and condensed systems gain?", ratios.rows),
     "points": ("How does the time grow with the training points?", growth.points),
     "starts": ("How does the time grow with the starts?", growth.count_starts),
     "objects": ("How does the time grow with the objects?", growth.objects),

@@ -1,4 +1,7 @@
-"""What exact, structured second derivatives gain: against limited-memory Ipopt, plain CasADi, first-order steps."""
+"""What exact, structured second derivatives and condensed linear systems gain.
+
+Against limited-memory Ipopt, MUMPS, plain CasADi and first-order steps.
+"""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -7,11 +10,11 @@ from functools import partial
 from threadpoolctl import threadpool_limits
 
 from sgnlp.experiments.benchmarks.growth import with_points
-from sgnlp.experiments.benchmarks.measure import Bench, Row, clocked, spread, timing, warm_times
+from sgnlp.experiments.benchmarks.measure import Bench, Row, Time, clocked, spread, timing, warm_times
 from sgnlp.experiments.benchmarks.oracle import call, scene
 from sgnlp.experiments.benchmarks.plain import plain_hessian
 from sgnlp.planning.kkt import SOLVED_FACTOR
-from sgnlp.planning.planner import Planner
+from sgnlp.planning.planner import Iterate, Planner
 from sgnlp.planning.problem import build_problem
 from sgnlp.planning.solvers.first_order import OPTIMISERS, Descent, descent
 from sgnlp.planning.solvers.ipopt import Ipopt
@@ -20,6 +23,8 @@ from sgnlp.program.formulations.penalty import Penalty
 from sgnlp.program.nlp import ENERGY_UNIT
 
 STEPS = 200  # first-order steps, as many as the paper's release takes
+OURS = "exact Hessian"
+OTHERS = {"limited memory": Ipopt(hessian="limited-memory"), "MUMPS": Ipopt(linear_solver="mumps")}
 PLAIN_POINTS = 12
 """Surface and interior points for which CasADi's plain Hessian is built: at full size a call of it takes a second."""
 
@@ -27,26 +32,27 @@ PLAIN_POINTS = 12
 def rows(bench: Bench) -> Iterator[Row]:
     """Rows of each opponent, and of its time over ours for the same start in the same run."""
     with threadpool_limits(1):
-        yield from _limited_memory(bench)
+        yield from _other_ipopts(bench)
         yield from _first_order(bench)
         yield from _plain(bench)
 
 
-def _limited_memory(bench: Bench) -> Iterator[Row]:
-    exact, limited = [], []
+def _other_ipopts(bench: Bench) -> Iterator[Row]:
+    ended: dict[str, list[tuple[Iterate, Time]]] = {name: [] for name in (OURS, *OTHERS)}
     for problem in bench.problems:
-        planner, other = Planner(problem), Planner(problem, Ipopt(hessian="limited-memory"))
+        planners = {name: Planner(problem, solver) for name, solver in {OURS: Ipopt(), **OTHERS}.items()}
         for start in starts(problem, bench.starts, bench.seed):
-            exact.append(clocked(partial(planner.solve, start)))
-            limited.append(clocked(partial(other.solve, start)))
-    for name, ended in {"exact Hessian": exact, "limited memory": limited}.items():
-        good = sum(i.kkt.worst <= SOLVED_FACTOR * bench.settings.solver.tolerance for i, _ in ended)
-        note = f"{good} of {len(ended)} starts solved"
-        yield timing(f"{name}: a start", "s", [time for _, time in ended], note)
-        yield spread(f"{name}: iterations", "1", [iterate.iterations for iterate, _ in ended], note)
-    over = [theirs.wall / ours.wall for (_, ours), (_, theirs) in zip(exact, limited, strict=True)]
+            for name, planner in planners.items():
+                ended[name].append(clocked(partial(planner.solve, start)))
+    for name, runs in ended.items():
+        good = sum(i.kkt.worst <= SOLVED_FACTOR * bench.settings.solver.tolerance for i, _ in runs)
+        note = f"{good} of {len(runs)} starts solved"
+        yield timing(f"{name}: a start", "s", [time for _, time in runs], note)
+        yield spread(f"{name}: iterations", "1", [iterate.iterations for iterate, _ in runs], note)
     note = "the same start, in the same formulations with the same limits of iterations"
-    yield spread("limited memory over exact", "1", over, note)
+    for name in OTHERS:
+        over = [theirs.wall / ours.wall for (_, ours), (_, theirs) in zip(ended[OURS], ended[name], strict=True)]
+        yield spread(f"{name} over {OURS}", "1", over, note)
 
 
 def _first_order(bench: Bench) -> Iterator[Row]:

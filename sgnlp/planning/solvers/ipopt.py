@@ -17,9 +17,6 @@ CONDENSED = "condensed"
 """Ours of the linear solvers, the default; where it cannot be compiled, MUMPS takes its place."""
 UNSCALED = {"ipopt.mumps_scaling": 0, "ipopt.mumps_permuting_scaling": 0}
 """Variables and rows are scaled already; MUMPS's own scaling costs a quarter of an iteration."""
-SECOND_ORDER = 0
-"""Largest number of second-order corrections of a step. Without them more starts end feasible: of 343 starts of the
-tuning half 307 instead of 300."""
 OF_SETTINGS = ("tolerance", "linear_solver", "mu_strategy", "mu_init", "barrier_tolerance", "expect_infeasible")
 """Options that are also settings."""
 WARM_MU = 1e-4
@@ -106,7 +103,6 @@ class Ipopt(CasadiSolver):
                 "ipopt.mu_init": full.mu_init,
                 "ipopt.barrier_tol_factor": full.barrier_tolerance,
                 "ipopt.expect_infeasible_problem": "yes" if full.expect_infeasible else "no",
-                "ipopt.max_soc": SECOND_ORDER,
                 "print_time": False,
                 "no_nlp_grad": True,
                 "calc_lam_p": False,

@@ -1,8 +1,8 @@
 """The factors of Ipopt's linear systems in C, which Ipopt loads as it loads HSL's library.
 
 A system of a hand's program has some 640 unknowns: variables, slacks of the inequalities and rows. `kkt_factors.c`
-leaves the slacks and their rows out, and factors what remains, some 70 unknowns, as a dense matrix. It takes a quarter
-of MUMPS's time, for the same steps but for rounding.
+leaves the slacks and their rows out, and factors what remains, some 70 unknowns, as a dense matrix. The steps are those
+of MUMPS but for rounding.
 """
 
 from sgnlp.base.c_library import CLibrary
