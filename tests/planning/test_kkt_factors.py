@@ -141,15 +141,17 @@ def test_a_row_stays_whose_pivot_is_below_the_threshold(library):
         assert_solves(factored(library, K, u), K)
 
 
-def with_a_barrier(barrier):
+def with_a_barrier(barrier, delta=0.0):
+    """The first slack has this barrier, and its row this diagonal."""
     K = system(4, spread=1.0)
-    K[12, 12], K[-20, -20] = barrier, 0.0
+    K[12, 12], K[-20, -20] = barrier, -delta
     return K
 
 
+@pytest.mark.parametrize("delta", [0.0, 1.0])
 @pytest.mark.parametrize("barrier", [0.0, 1e-300, 1e-30, 1e4, -2.0])
-def test_a_slack_with_any_barrier_is_solved(library, barrier):
-    K = with_a_barrier(barrier)
+def test_a_slack_with_any_barrier_is_solved(library, barrier, delta):
+    K = with_a_barrier(barrier, delta)
     assert_solves(factored(library, K), K)
 
 
@@ -168,6 +170,37 @@ def test_any_symmetric_matrix_is_solved(library, n):
 def test_a_matrix_with_a_zero_diagonal_needs_blocks_of_two(library):
     A = np.random.default_rng(7).normal(size=(8, 8))
     K = A + A.T - np.diag(2 * np.diag(A))
+    assert_solves(factored(library, K), K)
+
+
+def elastic(seed, inequalities=20):
+    """A system in which each row of an inequality has three slacks with barriers, one of them large."""
+    K = system(seed, spread=2.0)
+    n, rng = len(K), np.random.default_rng(seed)
+    whole = np.zeros((n + 2 * inequalities,) * 2)
+    whole[:n, :n] = K
+    for row in range(inequalities):
+        for sign in (0, 1):
+            slack = n + 2 * row + sign
+            whole[slack, slack] = 10.0 ** rng.uniform(-1.0, 8.0)
+            whole[slack, n - inequalities + row] = whole[n - inequalities + row, slack] = 1.0 - 2.0 * sign
+    return whole
+
+
+@pytest.mark.parametrize("u", [1e-8, 0.5])
+@pytest.mark.parametrize("seed", range(5))
+def test_rows_with_several_slacks_are_solved_and_go(library, seed, u):
+    K = elastic(seed)
+    found = factored(library, K, u)
+    assert_solves(found, K)
+    assert found.core <= 12 + 3 + 20
+    assert u == 0.5 or found.core == 12 + 3
+
+
+@pytest.mark.parametrize("barrier", [0.0, -2.0])
+def test_a_row_with_several_slacks_is_solved_whatever_the_barrier_of_one(library, barrier):
+    K = elastic(1)
+    K[12, 12] = barrier
     assert_solves(factored(library, K), K)
 
 

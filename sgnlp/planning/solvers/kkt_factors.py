@@ -7,9 +7,8 @@ of MUMPS but for rounding.
 
 from sgnlp.base.c_library import CLibrary
 
-LIBRARY = CLibrary(
-    "kkt", "sgnlp.planning.solvers", ("kkt_factors.c",), "-O3", ("ma27id_", "ma27ad_", "ma27bd_", "ma27cd_")
-)
+SOURCES = ("kkt_factors.c", "dense_ldl.c")
+LIBRARY = CLibrary("kkt", "sgnlp.planning.solvers", SOURCES, "-O3", ("ma27id_", "ma27ad_", "ma27bd_", "ma27cd_"))
 
 
 def options() -> dict[str, object]:
