@@ -129,7 +129,7 @@ class Behind:
 
     @cached_property
     def _begun(self) -> bool:
-        return self._missing and compiled.can_compile() and native.library() is not None
+        return self._missing and compiled.can_compile() and native.LIBRARY.load() is not None
 
     def end(self) -> None:
         """The command has no result."""

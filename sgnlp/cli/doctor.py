@@ -27,7 +27,7 @@ class Doctor:
             "solvers": {name: "found" if found else "missing" for name, found in environment.solvers().items()},
             "evaluated by": {
                 "forward kinematics": environment.kinematics_backends(),
-                "surface": "NumPy" if native.library() is None else "compiled C",
+                "surface": "NumPy" if native.LIBRARY.load() is None else "compiled C",
                 "linear systems": "MUMPS" if kkt_factors.LIBRARY.load() is None else "compiled C",
             },
         }
@@ -51,4 +51,4 @@ def _machine() -> dict[str, str]:
     facts |= {f"kinematics by {using}": lack or "runs" for using, lack in environment.kinematics_lacks().items()}
     own = placement_functions.fault() or "sgnlp cache --build --hand FOLDER compiles Pinocchio's"
     facts["kinematics of a hand of your own"] = own
-    return facts | ({"surface in NumPy": fault} if native.library() is None else {})
+    return facts | ({"surface in NumPy": fault} if native.LIBRARY.load() is None else {})

@@ -101,13 +101,8 @@ def raw_jets(gpis: Gpis, uncertain: int, compiled: bool = True) -> NativeJets | 
 
     A kernel that is not in the C source is evaluated in NumPy.
     """
-    loaded = library() if compiled and type(gpis.kernel) in CODES else None
+    loaded = LIBRARY.load() if compiled and type(gpis.kernel) in CODES else None
     return NumpyJets(gpis) if loaded is None else NativeJets(loaded, gpis, uncertain)
-
-
-def library() -> ctypes.CDLL | None:
-    """The compiled library; None if it cannot be built or loaded."""
-    return LIBRARY.load()
 
 
 def _aligned(values: Array) -> Array:

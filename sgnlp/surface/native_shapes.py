@@ -65,5 +65,5 @@ class NumpyShapes:
 
 def shape_jets(field: ShapeField, compiled: bool = True) -> NativeShapes | NumpyShapes:
     """The jets of a field, in C if `compiled` and possible."""
-    library = native.library() if compiled else None
+    library = native.LIBRARY.load() if compiled else None
     return NumpyShapes(field) if library is None else NativeShapes(library, field)

@@ -10,7 +10,7 @@ from sgnlp.surface import native
 @pytest.fixture
 def library() -> ctypes.CDLL:
     """The compiled library; without a compiler the test is left out."""
-    found = native.library()
+    found = native.LIBRARY.load()
     if found is None:
         pytest.skip("no C compiler")
     return found

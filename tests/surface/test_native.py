@@ -61,7 +61,7 @@ def no_library():
 
 def test_without_a_compiler_the_surface_is_numpys(no_library, monkeypatch):
     monkeypatch.setenv("CC", "no-such-compiler")
-    assert native.library() is None
+    assert native.LIBRARY.load() is None
     nlp = build(posed(SMALL).hand, posed(SMALL).structure(formulation("penalty")))
     layout = nlp.layout
     jets = Surface(surface(), layout, nlp.jets)
@@ -76,31 +76,31 @@ def test_a_compiler_that_fails_leaves_nothing_in_the_cache(no_library, monkeypat
     fake.chmod(0o755)
     monkeypatch.setenv("CC", str(fake))
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    assert native.library() is None
+    assert native.LIBRARY.load() is None
     assert not [path for path in (tmp_path / "cache").rglob("*") if path.is_file()]
 
 
 def test_a_build_is_kept_and_found_again(library, no_library, monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert native.library() is not None
+    assert native.LIBRARY.load() is not None
     (built,) = tmp_path.rglob("*.so")
     before = built.stat().st_mtime_ns
     c_library.attempt.cache_clear()
-    assert native.library() is not None
+    assert native.LIBRARY.load() is not None
     assert built.stat().st_mtime_ns == before
     assert list(built.parent.iterdir()) == [built]
 
 
 def test_a_damaged_library_is_built_again_and_never_loaded(library, no_library, monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert native.library() is not None
+    assert native.LIBRARY.load() is not None
     (built,) = tmp_path.rglob("*.so")
     good = built.read_bytes()
     for damaged in (good[: len(good) // 2], b"", b"x" * len(good), good[:-1]):
         built.unlink()  # not in place: this process has it loaded
         built.write_bytes(damaged)
         c_library.attempt.cache_clear()
-        assert native.library() is not None
+        assert native.LIBRARY.load() is not None
         assert toolchain.note_of(built) == b""
 
 

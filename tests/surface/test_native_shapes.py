@@ -72,7 +72,7 @@ def test_without_shapes_all_is_far_away_and_stays_there(compiled):
 
 
 def test_without_a_compiler_the_jets_are_numpys(monkeypatch):
-    monkeypatch.setattr(native, "library", lambda: None)
+    monkeypatch.setattr(native.CLibrary, "load", lambda self: None)
     jets = shape_jets(FIELD)
     assert isinstance(jets, NumpyShapes)
     np.testing.assert_array_equal(taken(jets, POINTS[:9]), FIELD.jets(POINTS[:9]))
